@@ -87,13 +87,13 @@ class SceneReader {
         add_mesh(placed_mesh.node->mMeshes[i], placed_mesh.world);
       }
     }
-    if (lost_groups_ != 0) {
+    if (ambiguous_groups_ != 0) {
       input_.warn("smoothing-groups",
-                  counted(lost_groups_, "mesh", "meshes") +
+                  counted(ambiguous_groups_, "mesh", "meshes") +
                       " with ambiguous smoothing groups: these are ignored, and normals are "
                       "computed. Export "
                       "the mesh with normals, as OBJ or FBX.",
-                  lost_groups_);
+                  ambiguous_groups_);
     }
     if (unresolved_skins_ != 0) {
       input_.warn("skinned",
@@ -159,7 +159,7 @@ class SceneReader {
   ///   does not exist
   std::vector<AffineMap> pose_vertices(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumBones == 0) return {};
-    std::vector<AffineMap> maps(mesh.mNumVertices, AffineMap{});
+    std::vector<AffineMap> transforms(mesh.mNumVertices, AffineMap{});
     std::vector<double> weight_totals(mesh.mNumVertices);
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
       const aiBone& bone = *mesh.mBones[b];
@@ -174,14 +174,15 @@ class SceneReader {
         if (weight.mVertexId >= mesh.mNumVertices) fail(bone.mName.C_Str(), "it affects no vertex");
         if (!(weight.mWeight > 0)) continue;
         weight_totals[weight.mVertexId] += weight.mWeight;
-        for (std::size_t k = 0; k < 16; ++k) maps[weight.mVertexId][k] += weight.mWeight * map[k];
+        for (std::size_t k = 0; k < 16; ++k)
+          transforms[weight.mVertexId][k] += weight.mWeight * map[k];
       }
     }
-    for (std::size_t v = 0; v < maps.size(); ++v) {
-      if (!(weight_totals[v] > 0)) maps[v] = world;
-      for (double& value : maps[v]) value /= weight_totals[v] > 0 ? weight_totals[v] : 1;
+    for (std::size_t v = 0; v < transforms.size(); ++v) {
+      if (!(weight_totals[v] > 0)) transforms[v] = world;
+      for (double& value : transforms[v]) value /= weight_totals[v] > 0 ? weight_totals[v] : 1;
     }
-    return maps;
+    return transforms;
   }
 
   /// Merges corners with equal position and colour into one vertex, since Assimp gives each corner
@@ -245,10 +246,10 @@ class SceneReader {
         part_descriptions.push_back(
             {scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str(), part.mNumFaces});
       }
-      if (const auto split = masks_of_parts(meshes[i], part_descriptions)) {
-        join_smooth_pieces(parts[i], *split);
+      if (const auto masks_by_part = masks_of_parts(meshes[i], part_descriptions)) {
+        join_smooth_pieces(parts[i], *masks_by_part);
       } else {
-        ++lost_groups_;
+        ++ambiguous_groups_;
       }
     }
   }
@@ -258,8 +259,8 @@ class SceneReader {
   /// \param masks  for each of them, the smoothing mask of each face
   void join_smooth_pieces(const std::vector<unsigned>& parts,
                           const std::vector<std::vector<std::uint32_t> >& masks) {
-    using Place = std::array<std::uint64_t, 3>;
-    std::map<Place, std::uint32_t> places;
+    using PositionKey = std::array<std::uint64_t, 3>;
+    std::map<PositionKey, std::uint32_t> places;
     std::vector<std::array<std::uint32_t, 2> > corners;  // Pairs of vertex and corner
     std::vector<std::uint32_t> corner_masks;             // Smoothing mask of each corner's face
     std::vector<std::uint32_t> first;                    // Index of the first corner of each part
@@ -273,7 +274,7 @@ class SceneReader {
           const unsigned v = face.mIndices[k];
           if (v >= part.mNumVertices) continue;  // add_mesh() reports the invalid index
           const aiVector3D& at = part.mVertices[v];
-          Place place{};
+          PositionKey place{};
           for (unsigned i = 0; i < 3; ++i) {
             place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // Adding 0 turns -0 into 0
           }
@@ -317,12 +318,13 @@ class SceneReader {
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
     const std::optional<unsigned> uv_set = uv_set_of(mesh);
     builder_.set_material(material_name(mesh.mMaterialIndex));
-    const std::vector<AffineMap> posed = pose_vertices(mesh, world);
-    const std::vector<std::uint32_t> vertex_of = add_vertices(mesh, world, posed);
+    const std::vector<AffineMap> vertex_transforms = pose_vertices(mesh, world);
+    const std::vector<std::uint32_t> vertex_of = add_vertices(mesh, world, vertex_transforms);
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const NormalTransform of_node(world);
-    std::vector<NormalTransform> normal_transforms(posed.begin(), posed.end());
+    std::vector<NormalTransform> normal_transforms(vertex_transforms.begin(),
+                                                   vertex_transforms.end());
     const auto normal_turn_of = [&](unsigned v) -> const NormalTransform& {
       return normal_transforms.empty() ? of_node : normal_transforms[v];
     };
@@ -467,10 +469,10 @@ class SceneReader {
   }
 
   static void color(const aiMaterial& from, Material& material) {
-    aiColor4D base;
+    aiColor4D base_color;
     aiColor3D diffuse;
-    if (from.Get(AI_MATKEY_BASE_COLOR, base) == AI_SUCCESS) {
-      material.color = {base.r, base.g, base.b};
+    if (from.Get(AI_MATKEY_BASE_COLOR, base_color) == AI_SUCCESS) {
+      material.color = {base_color.r, base_color.g, base_color.b};
     } else if (from.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse) == AI_SUCCESS) {
       material.color = {diffuse.r, diffuse.g, diffuse.b};
     } else {
@@ -521,9 +523,9 @@ class SceneReader {
                       wrap_of(from, AI_MATKEY_MAPPINGMODE_V(kind, 0))};
       aiUVTransform placement;
       if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS) {
-        pictures_.place(picture, placement.mScaling.x, placement.mScaling.y,
-                        placement.mTranslation != aiVector2D(0, 0) || placement.mRotation != 0,
-                        false);
+        pictures_.set_transform(
+            picture, placement.mScaling.x, placement.mScaling.y,
+            placement.mTranslation != aiVector2D(0, 0) || placement.mRotation != 0, false);
       }
       break;
     }
@@ -574,7 +576,7 @@ class SceneReader {
   // For each mesh of Assimp, its smooth pieces; empty if the file is no 3DS
   std::vector<SmoothPieces> pieces_;
   std::map<std::array<std::uint32_t, 2>, std::map<std::uint32_t, std::uint32_t> > piece_normals_;
-  std::uint64_t unresolved_skins_ = 0, lost_groups_ = 0;
+  std::uint64_t unresolved_skins_ = 0, ambiguous_groups_ = 0;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;

@@ -3,8 +3,7 @@
 namespace kiln {
 
 AffineMap rotation_to_y_up(UpAxis up) {
-  // Column k of a matrix is the image of axis k. All matrices are rotations; Z up is rotated as
-  // Blender does.
+  // Column k of a matrix is the image of axis k. All matrices are rotations; Z up is rotated to Y up as in Blender.
   switch (up) {
     case UpAxis::as_given:
     case UpAxis::y:

@@ -117,7 +117,7 @@ class FbxReader {
     add_nodes();
     check_memory();
     number_uv_sets();
-    for (const PlacedMesh& placed : placed_) add(placed);
+    for (const PlacedMesh& placed : placed_meshes_) add(placed);
     uv_sets_.check();
     builder_.is_placed = true;
     asset_.mesh = builder_.finish();
@@ -229,7 +229,7 @@ class FbxReader {
         std::max(mesh.subdivision_preview_levels, mesh.subdivision_render_levels) != 0) {
       subdivided_meshes_.add(text_of(node.name));
     }
-    placed_.push_back(
+    placed_meshes_.push_back(
         {&node, &mesh, objects_.add(node.name.length == 0 ? "object" : text_of(node.name))});
     asset_.object_nodes.push_back(index);
   }
@@ -239,12 +239,14 @@ class FbxReader {
   void check_memory() const {
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 64;
     std::uint64_t vertices = 0, corners = 0;
-    for (const PlacedMesh& placed : placed_) {
+    for (const PlacedMesh& placed : placed_meshes_) {
       vertices += placed.mesh->num_vertices;
       corners += placed.mesh->num_indices;
     }
-    const FailWith fail = [this](const std::string& place, const std::string& problem,
-                                 const Message& remedy) { input_.fail(place, problem, remedy); };
+    const FailWith fail = [this](const std::string& vertex_at, const std::string& problem,
+                                 const Message& remedy) {
+      input_.fail(vertex_at, problem, remedy);
+    };
     require_memory("its meshes, counted once per instance,",
                    std::max(saturated_product(vertices, kVertexBytes),
                             saturated_product(corners, kCornerBytes)),
@@ -282,7 +284,7 @@ class FbxReader {
                       kRemedy);
         }
         if (i == 0) mirrored = pose.mirrors(vertex);
-        corners.push_back(place(mesh, pose, corner, vertex, vertex_of));
+        corners.push_back(vertex_at(mesh, pose, corner, vertex, vertex_of));
         corner_uvs.push_back(uvs.at(corner));
         corner_normals.push_back(normal_of.empty() ? MeshBuilder::kNone : normal_of[corner]);
       }
@@ -335,7 +337,7 @@ class FbxReader {
   void number_uv_sets() {
     std::uint32_t next_free_number = 0;
     std::optional<std::uint32_t> read;
-    for (const PlacedMesh& placed : placed_) {
+    for (const PlacedMesh& placed : placed_meshes_) {
       const std::optional<std::uint32_t> chosen_set = uv_sets_.find(uv_set_names(*placed.mesh));
       if (!read) read = chosen_set;
       next_free_number =
@@ -344,7 +346,7 @@ class FbxReader {
     }
     read_set_ = read.value_or(0);
     std::set<std::uint32_t> used_numbers = {read_set_};
-    for (const PlacedMesh& placed : placed_) {
+    for (const PlacedMesh& placed : placed_meshes_) {
       for (const ufbx_material* material : materials_of(placed)) {
         if (material == nullptr) continue;
         for (const ufbx_material_texture& texture_use : material->textures) {
@@ -423,9 +425,9 @@ class FbxReader {
         uvs.of_corner.push_back(MeshBuilder::kNone);
         continue;
       }
-      const auto [place, is_new] =
+      const auto [vertex_at, is_new] =
           uv_of_key.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
-      uvs.of_corner.push_back(place->second);
+      uvs.of_corner.push_back(vertex_at->second);
       for (std::size_t k = 0; is_new && k < sets.size(); ++k) {
         constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
         Vec2 uv{kMissingUv, kMissingUv};
@@ -440,9 +442,9 @@ class FbxReader {
   }
 
   /// Index of the builder's vertex at a corner. There is one for each pair of vertex and colour.
-  std::uint32_t place(const ufbx_mesh& mesh, const FbxPose& pose, std::uint32_t corner,
-                      std::uint32_t vertex,
-                      std::unordered_map<std::uint64_t, std::uint32_t>& vertex_of) {
+  std::uint32_t vertex_at(const ufbx_mesh& mesh, const FbxPose& pose, std::uint32_t corner,
+                          std::uint32_t vertex,
+                          std::unordered_map<std::uint64_t, std::uint32_t>& vertex_of) {
     std::array<std::uint8_t, 4> color{255, 255, 255, 255};
     std::uint64_t key = vertex;
     if (mesh.vertex_color.exists) {
@@ -462,7 +464,7 @@ class FbxReader {
     const auto [entry, added] =
         vertex_of.emplace(key, static_cast<std::uint32_t>(builder_.positions.size()));
     if (!added) return entry->second;
-    builder_.positions.push_back(pose.place(vertex));
+    builder_.positions.push_back(pose.world_position(vertex));
     if (mesh.vertex_color.exists) builder_.set_color_bytes(builder_.positions.size() - 1, color);
     return entry->second;
   }
@@ -622,7 +624,7 @@ class FbxReader {
     return mode == UFBX_WRAP_CLAMP ? TextureWrap::clamp : TextureWrap::repeat;
   }
 
-  /// The first of these maps that has a picture.
+  /// The picture of the first of these material maps that has one.
   MaterialPicture picture(std::initializer_list<const ufbx_material_map*> maps) {
     for (const ufbx_material_map* map : maps) {
       if (map->texture == nullptr || !map->texture_enabled || map->feature_disabled) continue;
@@ -672,7 +674,7 @@ class FbxReader {
       const bool is_rotated = uv_transform.rotation.x != 0 || uv_transform.rotation.y != 0 ||
                               uv_transform.rotation.z != 0;
       // Only the scale in the transform is used, since all programs multiply UVs by it.
-      pictures_.place(
+      pictures_.set_transform(
           picture, uv_transform.scale.x, uv_transform.scale.y,
           is_rotated || uv_transform.translation.x != 0 || uv_transform.translation.y != 0, true);
     }
@@ -753,7 +755,7 @@ class FbxReader {
   ScenePictures pictures_;
   Asset asset_;
   AffineMap to_world_ = kIdentityMap;
-  std::vector<PlacedMesh> placed_;
+  std::vector<PlacedMesh> placed_meshes_;
   UniqueNames objects_, unique_materials_;
   std::map<const ufbx_mesh*, MeshUvs> uvs_;
   std::uint32_t read_set_ = 0;

@@ -3,7 +3,7 @@
 // so they are weak symbols, which a program's own definitions replace. With MinGW they are not
 // weak, since its linker resolves references to weak constants to wrong addresses.
 #define ufbx_abi static
-// The header expects this macro; otherwise it undefines the next one.
+// ufbx.h expects this macro to be set; otherwise it undefines the next one.
 #define ufbx_abi_data_definition
 #ifdef _WIN32
 #define ufbx_abi_data_def extern __attribute__((selectany))

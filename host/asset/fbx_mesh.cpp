@@ -55,7 +55,7 @@ AffineMap FbxPose::map(std::size_t vertex) const {
   return poses_.empty() ? of_node_ : product(to_world_, fbx_map(poses_[vertex]));
 }
 
-MeshBuilder::Position FbxPose::place(std::size_t index) const {
+MeshBuilder::Position FbxPose::world_position(std::size_t index) const {
   const ufbx_vec3& p = vertex(index);
   const AffineMap m = map(index);
   MeshBuilder::Position result{};

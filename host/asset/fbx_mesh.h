@@ -26,7 +26,7 @@ class FbxPose {
   const ufbx_vec3& vertex(std::size_t index) const {
     return morphed_.empty() ? mesh_.vertices.data[index] : morphed_[index];
   }
-  MeshBuilder::Position place(std::size_t vertex) const;
+  MeshBuilder::Position world_position(std::size_t vertex) const;
   /// A normal in world space, of unit length, or zero if it cannot be normalized.
   Vec3 normal(std::size_t vertex, const ufbx_vec3& normal) const;
   /// True if the vertex's transform mirrors.

@@ -74,7 +74,7 @@ const std::string_view kGroups = "LayerElementSmoothing";
 
 /// Edge flags and smoothing groups of a geometry; in old files, of a model.
 struct Geometry {
-  bool is_mesh = false, by_polygon = false, has_groups = false;
+  bool is_mesh = false, is_by_polygon = false, has_groups = false;
   std::vector<std::uint32_t> groups;
 };
 
@@ -139,15 +139,15 @@ class BinaryGroups {
       if (part.name == "PolygonVertexIndex") found.is_mesh = true;
       if (part.name != kGroups || found.has_groups) return;
       std::vector<std::uint32_t> groups;
-      bool by_polygon = false;
+      bool is_by_polygon = false;
       for_each_record(part.children, part.end, [&](const Record& field) {
         if (field.name == "MappingInformationType") {
-          by_polygon = bytes_.substr(field.properties, field.children - field.properties)
-                           .ends_with("ByPolygon");
+          is_by_polygon = bytes_.substr(field.properties, field.children - field.properties)
+                              .ends_with("ByPolygon");
         }
         if (field.name == "Smoothing") groups = numbers(field);
       });
-      if (!by_polygon) return;
+      if (!is_by_polygon) return;
       found.has_groups = true;
       found.groups = std::move(groups);
     });
@@ -236,7 +236,7 @@ class TextGroups {
   void string() {
     const std::size_t end = std::min(fbx_text_.find('"', at_ + 1), fbx_text_.size());
     if (in_groups() && key_ == "MappingInformationType") {
-      by_polygon_ = fbx_text_.substr(at_ + 1, end - at_ - 1) == "ByPolygon";
+      is_by_polygon_ = fbx_text_.substr(at_ + 1, end - at_ - 1) == "ByPolygon";
     }
     at_ = std::min(end + 1, fbx_text_.size());
   }
@@ -267,12 +267,12 @@ class TextGroups {
   void close_record() {
     if (open_record_keys_.empty()) return;
     if (open_record_keys_.size() == 3 && in_groups()) {
-      if (by_polygon_ && !current_geometry_.has_groups) {
+      if (is_by_polygon_ && !current_geometry_.has_groups) {
         current_geometry_.has_groups = true;
         current_geometry_.groups = std::move(groups_);
       }
       groups_.clear();
-      by_polygon_ = false;
+      is_by_polygon_ = false;
     }
     if (open_record_keys_.size() == 2 && open_record_keys_[0] == "Objects") {
       if (current_geometry_.is_mesh &&
@@ -292,7 +292,7 @@ class TextGroups {
   std::string_view key_;
   Geometry current_geometry_;
   std::vector<std::uint32_t> groups_;
-  bool by_polygon_ = false;
+  bool is_by_polygon_ = false;
 };
 
 }  // namespace

@@ -73,7 +73,7 @@ void FileFinder::list() {
   }
 }
 
-std::string FileFinder::named(const std::string& name) {
+std::string FileFinder::find_by_name(const std::string& name) {
   if (!is_folder_listed_) list();
   const auto found = files_.find(lower_case(name));
   if (found == files_.end()) return {};
@@ -104,7 +104,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   if (!added) return entry->second;
   if (!is_folder_listed_) list();
   register_query(folder_.empty() ? "." : folder_, kNamedAnswerPrefix + path.filename().string(),
-                 named(path.filename().string()));
+                 find_by_name(path.filename().string()));
   const auto candidates = files_.find(lower_case(path.filename().string()));
   if (candidates == files_.end()) return path;
   const std::vector<std::string> wanted_parts = parts_of(path);

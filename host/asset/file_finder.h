@@ -16,7 +16,7 @@ namespace kiln {
 /// empty path stands for.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// Prefix of the key under which register_query() records the result of FileFinder::named().
+/// Prefix of the key under which register_query() records the result of FileFinder::find_by_name().
 inline constexpr const char* kNamedAnswerPrefix = "named ";
 
 /// Finds pictures and material files whose paths come from another machine, by their names, in a
@@ -35,7 +35,7 @@ class FileFinder {
 
   /// The files called `name` in the folder and its subfolders, ignoring case, as sorted relative
   /// paths with one per line.
-  std::string named(const std::string& name);
+  std::string find_by_name(const std::string& name);
 
  private:
   void list();

@@ -48,7 +48,7 @@ class MeshTransform {
   }
 
   bool mirrors() const { return is_mirroring_; }
-  MeshBuilder::Position place(const double* p) const {
+  MeshBuilder::Position transform_position(const double* p) const {
     MeshBuilder::Position result;
     for (std::size_t k = 0; k < 3; ++k) {
       result[k] = m_[k] * p[0] + m_[4 + k] * p[1] + m_[8 + k] * p[2] + m_[12 + k];
@@ -91,7 +91,7 @@ struct Primitive {
 
 const std::string kUvSet = "TEXCOORD_";
 
-constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // So that indices have 31 bits
+constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // Indices then have 31 bits
 
 class GltfReader {
  public:
@@ -118,8 +118,8 @@ class GltfReader {
     for (const PlacedMesh& placed : placed_meshes_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
-    // check_tangents() takes equal sizes of the lists of tangents and normals to mean that they
-    // belong together. One unused normal makes the sizes differ.
+    // If the lists of tangents and normals have equal sizes, check_tangents() assumes that they belong together. One
+    // unused normal makes the sizes differ.
     if (flat_triangles_ != 0 && builder_.normals.size() == builder_.positions.size()) {
       builder_.normals.push_back({});
     }
@@ -398,7 +398,7 @@ class GltfReader {
           size.vertices, (size.is_packed ? 2 : 1) * sizeof(double) * numbers_per_vertex);
       const std::uint64_t read =
           saturated_sum(numbers, saturated_product(size.triangles, sizeof(Triangle)));
-      const std::uint64_t working = saturated_sum(
+      const std::uint64_t working_memory = saturated_sum(
           saturated_product(size.corners, kIndexBytes),
           saturated_product(size.vertices,
                             (placed.skin ? kSkinnedBytes : 0) +
@@ -407,7 +407,7 @@ class GltfReader {
       memory.triangles = saturated_sum(memory.triangles, size.triangles);
       memory.normals = saturated_sum(memory.normals, has_normals ? size.vertices : size.triangles);
       memory.read = saturated_sum(memory.read, read);
-      memory.one_primitive = std::max(memory.one_primitive, saturated_sum(read, working));
+      memory.one_primitive = std::max(memory.one_primitive, saturated_sum(read, working_memory));
       memory.placed = saturated_sum(
           memory.placed, saturated_sum(saturated_product(size.vertices, bytes_per_vertex),
                                        saturated_product(size.triangles, bytes_per_triangle)));
@@ -430,16 +430,17 @@ class GltfReader {
       return std::any_of(entry.second.sizes.begin(), entry.second.sizes.end(), names_uvs);
     });
     std::map<std::pair<std::size_t, bool>, MeshMemory> memory_of_mesh;
-    std::uint64_t total = 0, reading = 0, vertices = 0, triangles = 0, normals = 0, primitives = 0;
+    std::uint64_t total_memory = 0, read_memory = 0, vertices = 0, triangles = 0, normals = 0,
+                  primitives = 0;
     for (const PlacedMesh& placed : placed_meshes_) {
       const ScannedMesh& mesh = scanned_[placed.mesh];
       const auto [entry, added] =
           memory_of_mesh.try_emplace({placed.mesh, placed.skin.has_value()});
       if (added) entry->second = memory_of(mesh, placed, has_uvs);
       const MeshMemory& memory = entry->second;
-      total = saturated_sum(total, memory.placed);
-      reading = std::max(reading, saturated_sum(mesh.placement_count == 1 ? 0 : memory.read,
-                                                memory.one_primitive));
+      total_memory = saturated_sum(total_memory, memory.placed);
+      read_memory = std::max(read_memory, saturated_sum(mesh.placement_count == 1 ? 0 : memory.read,
+                                                        memory.one_primitive));
       primitives += mesh.sizes.size();
       vertices = saturated_sum(vertices, memory.vertices);
       triangles = saturated_sum(triangles, memory.triangles);
@@ -449,7 +450,7 @@ class GltfReader {
                        (primitives == 1 ? "it" : "them") + ", with " +
                        counted(vertices, "vertex", "vertices") + " and " +
                        counted(triangles, "triangle"),
-                   saturated_sum(total, reading), memory_failure(fail_, "its meshes"));
+                   saturated_sum(total_memory, read_memory), memory_failure(fail_, "its meshes"));
     const auto reserve = [](auto& list, std::uint64_t count) {
       list.reserve(std::min<std::uint64_t>(count, kMaxVertices));
     };
@@ -573,18 +574,19 @@ class GltfReader {
                    Primitive& result) {
     if (targets.size() == 0) return;
     ++morphed_primitives_;
-    const RequestedAttribute changed[] = {{"POSITION", 3, &result.positions},
-                                          {"NORMAL", 3, &result.normals},
-                                          // In a morph target, tangents have no fourth number for
-                                          // the sign of the bitangent
-                                          {"TANGENT", 3, &result.tangents},
-                                          {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                                          {"COLOR_0", GltfFile::kColor, &result.colors}};
+    const RequestedAttribute target_attributes[] = {
+        {"POSITION", 3, &result.positions},
+        {"NORMAL", 3, &result.normals},
+        // In a morph target, tangents have no fourth number for
+        // the sign of the bitangent
+        {"TANGENT", 3, &result.tangents},
+        {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+        {"COLOR_0", GltfFile::kColor, &result.colors}};
     const std::size_t count = result.positions.count();
     for (std::size_t i = 0; i < std::min(targets.size(), weights.size()); ++i) {
       if (weights[i] == 0) continue;
       const GltfValue target = targets.at(i);
-      for (const RequestedAttribute& to : changed) {
+      for (const RequestedAttribute& to : target_attributes) {
         if (to.to->values.empty()) continue;
         add_offsets(attribute(target, to.name, to.width, count), weights[i], *to.to);
       }
@@ -758,20 +760,20 @@ class GltfReader {
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const bool has_normals = !p.normals.values.empty();
-    const auto is_there = [](const GltfNumbers& uvs) { return !uvs.values.empty(); };
+    const auto has_values = [](const GltfNumbers& uvs) { return !uvs.values.empty(); };
     const bool has_uvs =
-        is_there(p.uvs) || std::any_of(p.other_uvs.begin(), p.other_uvs.end(), is_there);
+        has_values(p.uvs) || std::any_of(p.other_uvs.begin(), p.other_uvs.end(), has_values);
     const std::optional<UvMap> uv_map =
         p.material < uv_maps_.size() ? uv_maps_[p.material] : std::nullopt;
     for (std::size_t i = 0; i < count; ++i) {
-      const MeshTransform& placing = vertex_transforms.of(i);
-      builder_.positions.push_back(placing.place(p.positions.at(i)));
+      const MeshTransform& vertex_transform = vertex_transforms.of(i);
+      builder_.positions.push_back(vertex_transform.transform_position(p.positions.at(i)));
       if (has_normals) {
         const double* const n = p.normals.at(i);
-        builder_.normals.push_back(placing.normal({n[0], n[1], n[2]}));
+        builder_.normals.push_back(vertex_transform.normal({n[0], n[1], n[2]}));
       }
       if (has_uvs) {
-        if (uv_map && is_there(p.uvs)) {
+        if (uv_map && has_values(p.uvs)) {
           const std::array<double, 2> uv = uv_map->at(p.uvs.at(i)[0], p.uvs.at(i)[1]);
           builder_.uvs.push_back({narrow(uv[0]), narrow(1 - uv[1])});
         } else {
@@ -782,7 +784,7 @@ class GltfReader {
         }
       }
       if (has_colors_) add_color(p.colors, i);
-      if (has_tangents_) add_tangent(p.tangents, i, placing);
+      if (has_tangents_) add_tangent(p.tangents, i, vertex_transform);
     }
     constexpr std::span<const std::uint32_t> no_indices;
     for (Triangle t : p.triangles) {
@@ -826,14 +828,15 @@ class GltfReader {
     builder_.colors.push_back(bytes);
   }
 
-  void add_tangent(const GltfNumbers& tangents, std::size_t vertex, const MeshTransform& placing) {
+  void add_tangent(const GltfNumbers& tangents, std::size_t vertex,
+                   const MeshTransform& vertex_transform) {
     if (tangents.values.empty()) {
       builder_.tangents.push_back({});
       return;
     }
     const double* const t = tangents.at(vertex);
-    const double sign = placing.mirrors() ? -t[3] : t[3];
-    builder_.tangents.push_back({placing.tangent(t), narrow(sign)});
+    const double sign = vertex_transform.mirrors() ? -t[3] : t[3];
+    builder_.tangents.push_back({vertex_transform.tangent(t), narrow(sign)});
   }
 
   void warn() const {
@@ -905,7 +908,7 @@ class GltfReader {
   std::optional<CachedPrimitives> last_instance_;
   std::vector<PlacedMesh> placed_meshes_;
   std::map<std::size_t, ScannedMesh> scanned_;
-  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of UV sets, and the chosen one
+  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // Number of UV sets, and index of the chosen one
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_triangles_ = 0, non_triangle_primitives_ = 0, incomplete_primitives_ = 0,
                 skinned_primitives_ = 0, unweighted_vertices_ = 0, morphed_primitives_ = 0,

@@ -174,9 +174,10 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
   }
   GltfNumbers result;
   result.width = static_cast<std::size_t>(attribute->num_components());
-  const bool fits = asked.width == GltfFile::kColor ? result.width == 3 || result.width == 4
-                                                    : result.width == asked.width;
-  if (!fits) {
+  const bool has_requested_width = asked.width == GltfFile::kColor
+                                       ? result.width == 3 || result.width == 4
+                                       : result.width == asked.width;
+  if (!has_requested_width) {
     fail("its packed " + asked.name + " has " + std::to_string(result.width) +
          " numbers per vertex");
   }

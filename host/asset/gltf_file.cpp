@@ -275,9 +275,9 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   }
   std::filesystem::path file = *input_.folder / path;
   if (input_.options.outside) return file;
-  bool leaves = path.is_absolute();
-  for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
-  if (leaves) fail_outside(" is no file in the folder of the glTF file");
+  bool leaves_folder = path.is_absolute();
+  for (const std::filesystem::path& part : path) leaves_folder = leaves_folder || part == "..";
+  if (leaves_folder) fail_outside(" is no file in the folder of the glTF file");
   if (!lies_within(*input_.folder, file)) {
     fail_outside(" is a symbolic link to a file outside the folder of the glTF file");
   }
@@ -392,9 +392,10 @@ std::string GltfFile::unpack(const GltfValue& packed, const CompressedView& part
   const bool vertices = mode == "ATTRIBUTES", triangles = mode == "TRIANGLES";
   if (!vertices && !triangles && mode != "INDICES")
     packed["mode"].fail("it is not a mode of meshopt");
-  const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
-                             : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
-  if (!fits) packed.fail("its byteStride or count is invalid for its mode");
+  const bool is_valid_stride = vertices
+                                   ? step >= 4 && step <= 256 && step % 4 == 0
+                                   : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
+  if (!is_valid_stride) packed.fail("its byteStride or count is invalid for its mode");
   const auto* const compressed = reinterpret_cast<const unsigned char*>(bytes.data());
   std::string result(count * step, '\0');
   const int error =
@@ -460,9 +461,9 @@ GltfFile::Elements GltfFile::check_elements(const GltfValue& accessor,
   const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::size_t bytes = view_size(*view_index);
   // This cannot overflow: counts in JSON are at most 2^53, and the division comes first.
-  const bool fits = count == 0 || (offset <= bytes && bytes - offset >= size &&
-                                   (count - 1) <= (bytes - offset - size) / step);
-  if (!fits) {
+  const bool is_within_view = count == 0 || (offset <= bytes && bytes - offset >= size &&
+                                             (count - 1) <= (bytes - offset - size) / step);
+  if (!is_within_view) {
     accessor.fail("its " + counted(count, "element") + " from byte " + std::to_string(offset) +
                   " on are more than bufferViews[" + std::to_string(*view_index) +
                   "] has: " + std::to_string(bytes) + " bytes");
@@ -470,7 +471,7 @@ GltfFile::Elements GltfFile::check_elements(const GltfValue& accessor,
   return {*view_index, count, offset, step};
 }
 
-/// Address of the first of some elements, whose place was checked; null if there are none.
+/// Address of the first of some elements, whose location in the buffer was checked before; null if there are none.
 const char* GltfFile::first_of(const Elements& elements) const {
   return elements.count == 0 ? nullptr : view(elements.view).data() + elements.offset;
 }
@@ -541,19 +542,19 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
     for (std::size_t i = 0; i < count; ++i) copy(first + i * source_elements->step, i);
   }
   if (!sparse.exists()) return result;
-  const std::size_t changed = sparse["count"].count(0);
+  const std::size_t changed_count = sparse["count"].count(0);
   const GltfValue places = sparse["indices"], values = sparse["values"];
   const std::uint64_t place_type = places["componentType"].count(0);
   if (place_type != 5121 && place_type != 5123 && place_type != 5125) {
     places.fail("it has indices that are no unsigned integers");
   }
-  const Elements at = check_elements(places, places["bufferView"], changed,
+  const Elements at = check_elements(places, places["bufferView"], changed_count,
                                      places["byteOffset"].count(0), place_type, 1, 0);
-  const Elements value = check_elements(values, values["bufferView"], changed,
+  const Elements value = check_elements(values, values["bufferView"], changed_count,
                                         values["byteOffset"].count(0), type, file_width, 0);
   const char *const first_place = first_of(at), *const first_value = first_of(value);
   const ComponentType place_component = component_of(places, place_type);
-  for (std::size_t i = 0; i < changed; ++i) {
+  for (std::size_t i = 0; i < changed_count; ++i) {
     const auto target_element =
         static_cast<std::size_t>(place_component.read(first_place + i * at.step));
     if (target_element >= count) {

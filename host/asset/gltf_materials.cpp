@@ -65,10 +65,10 @@ UvMap compose_after(const UvMap& map, const UvMap& first) {
   if (map == first) return {};
   const auto& [a, b, x, c, d, y] = first.m;
   const double size = determinant(first);
-  const UvMap back{
+  const UvMap inverse{
       {d / size, -b / size, (b * y - d * x) / size, -c / size, a / size, (c * x - a * y) / size}};
   const auto& m = map.m;
-  const auto& n = back.m;
+  const auto& n = inverse.m;
   return {{m[0] * n[0] + m[1] * n[3], m[0] * n[1] + m[1] * n[4], m[0] * n[2] + m[1] * n[5] + m[2],
            m[3] * n[0] + m[4] * n[3], m[3] * n[1] + m[4] * n[4], m[3] * n[2] + m[4] * n[5] + m[5]}};
 }
@@ -439,7 +439,7 @@ std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32
   std::string first;
   for (std::size_t i = 0; i < uvs_of_material.size(); ++i) {
     if (!uvs_of_material[i].are_integers) continue;
-    std::vector<UvMap> maps;  // The different UV transforms
+    std::vector<UvMap> maps;  // The UV transforms, each once
     for (const GltfValue& info : texture_infos(materials.at(i))) {
       const UvMap map = uv_map_of(info);
       if (uv_set_of(info) != uv_set || determinant(map) == 0) continue;
@@ -469,9 +469,9 @@ std::vector<Material> read_gltf_materials(const GltfFile& file, std::uint32_t uv
   const GltfValue list = file.list("materials");
   for (std::size_t i = 0; i < names.size(); ++i) {
     const GltfValue missing_value(file.input(), nullptr, "");
-    const bool is_there = i < list.size();
+    const bool exists = i < list.size();
     materials.push_back(
-        reader.read(is_there ? list.at(i) : missing_value, is_there ? uv_maps[i] : std::nullopt));
+        reader.read(exists ? list.at(i) : missing_value, exists ? uv_maps[i] : std::nullopt));
     materials.back().name = names[i];
   }
   reader.warn();

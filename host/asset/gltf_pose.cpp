@@ -86,20 +86,21 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
     }
   }
   for (std::size_t k = 0; k < list.size(); ++k) {
-    AffineMap bind = kIdentityMap;
+    AffineMap bind_matrix = kIdentityMap;
     if (!bind_matrices.values.empty()) {
-      std::copy_n(bind_matrices.at(k), bind.size(), bind.begin());
+      std::copy_n(bind_matrices.at(k), bind_matrix.size(), bind_matrix.begin());
       // Tolerance for the rounding of exporters that invert matrices in single precision.
       constexpr double kBindRounding = 1e-4;
-      if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
-          std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
+      if (std::abs(bind_matrix[3]) > kBindRounding || std::abs(bind_matrix[7]) > kBindRounding ||
+          std::abs(bind_matrix[11]) > kBindRounding ||
+          !(std::abs(bind_matrix[15] - 1) <= kBindRounding)) {
         inverse_binds.fail("the last row of its matrix " + std::to_string(k) +
                            " is not 0 0 0 1, so it is not an affine map");
       }
-      bind[3] = bind[7] = bind[11] = 0;
-      bind[15] = 1;
+      bind_matrix[3] = bind_matrix[7] = bind_matrix[11] = 0;
+      bind_matrix[15] = 1;
     }
-    entry->second.push_back(product(of(*list.at(k).index_into(nodes)), bind));
+    entry->second.push_back(product(of(*list.at(k).index_into(nodes)), bind_matrix));
   }
   return entry->second;
 }

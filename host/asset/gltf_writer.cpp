@@ -538,7 +538,8 @@ class GltfOutput {
     const Kind kind = kind_of(bytes);
     Json image = {{"name", name}, {"mimeType", kind.mime}};
     if (is_text_) {
-      files_.emplace_back(unique_.add(path_.stem().string() + "_" + name) + kind.ending, &bytes);
+      files_.emplace_back(unique_names_.add(path_.stem().string() + "_" + name) + kind.ending,
+                          &bytes);
       image["uri"] = encode_uri(files_.back().first);
     } else {
       image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
@@ -645,22 +646,22 @@ class GltfOutput {
   std::size_t add_packed_uvs(const std::vector<const Vertex*>& vertices) {
     std::vector<float> values;
     std::vector<std::uint16_t> shares;
-    bool fits = true;
+    bool are_fractions = true;
     for (const Vertex* const vertex : vertices) {
       for (std::size_t k = 10; k < 12; ++k) {
         const float value = vertex->values[k];
-        fits = fits && value >= 0 && value <= 1;
+        are_fractions = are_fractions && value >= 0 && value <= 1;
         values.push_back(value);
         shares.push_back(
             static_cast<std::uint16_t>(std::floor(std::clamp(value, 0.0F, 1.0F) * 65535.0 + 0.5)));
       }
     }
-    Json accessor = {
-        {"bufferView", fits ? add_packed(shares, 4, nullptr) : add_packed(values, 8, nullptr)},
-        {"componentType", fits ? kUshort : kFloat},
-        {"count", vertices.size()},
-        {"type", "VEC2"}};
-    if (fits) accessor["normalized"] = true;
+    Json accessor = {{"bufferView", are_fractions ? add_packed(shares, 4, nullptr)
+                                                  : add_packed(values, 8, nullptr)},
+                     {"componentType", are_fractions ? kUshort : kFloat},
+                     {"count", vertices.size()},
+                     {"type", "VEC2"}};
+    if (are_fractions) accessor["normalized"] = true;
     return add_accessor(std::move(accessor));
   }
 
@@ -679,9 +680,9 @@ class GltfOutput {
   }
 
   std::size_t add_colors(const std::vector<Vertex>& vertices) {
-    std::vector<const Vertex*> each;
-    for (const Vertex& vertex : vertices) each.push_back(&vertex);
-    const std::vector<std::uint16_t> values = colors_of(each);
+    std::vector<const Vertex*> vertex_pointers;
+    for (const Vertex& vertex : vertices) vertex_pointers.push_back(&vertex);
+    const std::vector<std::uint16_t> values = colors_of(vertex_pointers);
     return add_accessor(
         {{"bufferView", add_view(values.data(), values.size() * sizeof values[0], kVertices)},
          {"componentType", kUshort},
@@ -745,7 +746,7 @@ class GltfOutput {
   /// Size of all views compressed by meshopt after their decompression
   std::size_t unpacked_bytes_ = 0;
   std::map<const std::vector<std::byte>*, std::size_t> textures_;
-  UniqueNames unique_;
+  UniqueNames unique_names_;
   std::vector<std::pair<std::string, const std::vector<std::byte>*>> files_;
 };
 
@@ -1142,19 +1143,19 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
     if (!lossless && format != PictureFormat::png) encoding.quality = options.quality;
     return encoding;
   };
-  PictureEncoding of_normals = stored(TextureUse::normal, true);
+  PictureEncoding normal_encoding = stored(TextureUse::normal, true);
   if (maps.normal != nullptr && options.max_normal_error > 0 && format != PictureFormat::png) {
-    PictureEncoding lossy = of_normals;
+    PictureEncoding lossy = normal_encoding;
     lossy.format = format;
     pictures.normal_quality =
         normal_quality(*maps.normal, lossy, options.max_normal_error, maps.coverage);
     lossy.quality = pictures.normal_quality;
-    if (lossy.quality != 0) of_normals = lossy;
+    if (lossy.quality != 0) normal_encoding = lossy;
   }
-  const PictureEncoding of_color =
+  const PictureEncoding color_encoding =
       stored(TextureUse::color, pictures.has_opacity && format == PictureFormat::jpeg);
-  const PictureEncoding of_surface = stored(TextureUse::values, false);
-  const PictureEncoding of_emission = stored(TextureUse::color, false);
+  const PictureEncoding surface_encoding = stored(TextureUse::values, false);
+  const PictureEncoding emission_encoding = stored(TextureUse::color, false);
   const auto note = [&](std::string_view name, const Image* map, std::uint32_t channels,
                         const PictureEncoding& encoding) {
     if (map == nullptr) return;
@@ -1165,23 +1166,24 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
         {name, is_normal,
          picture_error(map->channels == channels ? *map : first, encoding, maps.coverage)});
   };
-  note("normal", maps.normal, 3, of_normals);
-  note("ao", maps.occlusion, 1, of_surface);
-  note("roughness", maps.roughness, 1, of_surface);
-  note("metallic", maps.metallic, 1, of_surface);
+  note("normal", maps.normal, 3, normal_encoding);
+  note("ao", maps.occlusion, 1, surface_encoding);
+  note("roughness", maps.roughness, 1, surface_encoding);
+  note("metallic", maps.metallic, 1, surface_encoding);
   note("opacity", maps.opacity, 1, stored(TextureUse::values, true));
-  note("color", maps.color, 3, of_color);
-  note("emission", maps.emission, 3, of_emission);
+  note("color", maps.color, 3, color_encoding);
+  note("emission", maps.emission, 3, emission_encoding);
 
   // Pictures are encoded one after the other, since most encoders use all threads.
   if (const Image color = color_picture(maps); !color.pixels.empty()) {
-    pictures.color = encode_picture(color, of_color);
+    pictures.color = encode_picture(color, color_encoding);
   }
   if (const Image surface = surface_picture(maps); !surface.pixels.empty()) {
-    pictures.surface = encode_picture(surface, of_surface);
+    pictures.surface = encode_picture(surface, surface_encoding);
   }
-  if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, of_normals);
-  if (maps.emission != nullptr) pictures.emission = encode_picture(*maps.emission, of_emission);
+  if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, normal_encoding);
+  if (maps.emission != nullptr)
+    pictures.emission = encode_picture(*maps.emission, emission_encoding);
   if (options.fallback && format == PictureFormat::webp) {
     EncodeMapsOptions fallback_options = options;
     fallback_options.format = PictureFormat::png;
@@ -1290,13 +1292,13 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
         json["meshes"].back()["extras"] = parse_extras(options.nodes[node].mesh_extras, "a mesh");
       }
     }
-    const bool painted = material.pictures && material.pictures->has_color;
+    const bool has_color_picture = material.pictures && material.pictures->has_color;
     // The primitive is made first: adding keys to the file's JSON moves its members, which would
     // invalidate references.
     Attributes written;
     written.has_uvs = !low.uvs.empty() && !of.lacks_uvs;
     written.has_tangents = written.has_uvs && needs_tangents(material);
-    if (!low.colors.empty()) written.color_name = painted ? "_COLOR_0" : "COLOR_0";
+    if (!low.colors.empty()) written.color_name = has_color_picture ? "_COLOR_0" : "COLOR_0";
     Json primitive = packed.add(part, number, written);
     json["meshes"].back()["primitives"].push_back(std::move(primitive));
   }
@@ -1315,10 +1317,10 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
   if (options.levels.empty()) return;
   Json ids = Json::array(), coverages = Json::array();
   for (const AssetLevel& level : options.levels) {
-    Hierarchy own(file, level.low, options, /*is_detached=*/true);
-    add_mesh(file, own, level.low, level.materials, level.object_nodes, options,
+    Hierarchy level_hierarchy(file, level.low, options, /*is_detached=*/true);
+    add_mesh(file, level_hierarchy, level.low, level.materials, level.object_nodes, options,
              /*is_coarser=*/true);
-    ids.push_back(own.root());
+    ids.push_back(level_hierarchy.root());
     coverages.push_back(level.coverage);
   }
   coverages.push_back(0);  // The coarsest level is visible at any distance

@@ -1,4 +1,4 @@
-// Shared by the readers of formats with a hierarchy of nodes.
+// Affine maps and unique names, for the readers of formats with a hierarchy of nodes.
 #pragma once
 
 #include <array>
@@ -31,18 +31,18 @@ inline AffineMap product(const AffineMap& a, const AffineMap& b) {
 class UniqueNames {
  public:
   std::string add(const std::string& name) {
-    const auto [entry, added] = taken_.emplace(name, 0);
+    const auto [entry, added] = request_counts_.emplace(name, 0);
     if (added) return name;
     for (;;) {
       char number[16];
       std::snprintf(number, sizeof number, ".%03u", ++entry->second);
-      if (taken_.emplace(name + number, 0).second) return name + number;
+      if (request_counts_.emplace(name + number, 0).second) return name + number;
     }
   }
 
  private:
   // Names in use, with the number of requests for each
-  std::map<std::string, std::uint32_t> taken_;
+  std::map<std::string, std::uint32_t> request_counts_;
 };
 
 }  // namespace kiln

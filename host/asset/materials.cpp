@@ -129,16 +129,16 @@ class MaterialFinding {
 /// convention, such as roughness from `Ns`.
 void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
-  MaterialFinding without, converted;
+  MaterialFinding without_value, converted;
   for (const Material& material : materials) {
     if (!picture_of(material, slot).empty()) continue;
     const MaterialNumber number = number_source(material, slot);
-    if (number == MaterialNumber::none) without.add(material);
+    if (number == MaterialNumber::none) without_value.add(material);
     if (number == MaterialNumber::converted) converted.add(material);
   }
   const SlotRow& words = row_of(slot);
   const std::string slot_text = std::string(words.name) + " (" + words.statements + ")";
-  if (without.count() == materials.size()) {
+  if (without_value.count() == materials.size()) {
     Message ignored;  // Receives the name of the missing picture
     if (warnings != nullptr) {
       for (const Warning& warning : *warnings) {
@@ -147,15 +147,16 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
     }
     throw Error(ErrorCode::input,
                 "No material of the high poly has " + slot_text + ": " +
-                    describe_material(without.first()) +
-                    (without.count() > 1 ? " is the first without one" : " has none") +
+                    describe_material(without_value.first()) +
+                    (without_value.count() > 1 ? " is the first without one" : " has none") +
                     ". Add it to the material, or give a texture file." + ignored);
   }
   // A material without a normal map has no normal detail, as intended, so there is no warning.
   if (slot != MaterialSlot::normal) {
     const float stand_in = default_value_of({}, slot)[0];
-    without.warn(warnings, "material-value",
-                 "without " + slot_text + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
+    without_value.warn(
+        warnings, "material-value",
+        "without " + slot_text + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
   }
   if (converted.count() == 0) return;
   const std::string value =
@@ -267,7 +268,7 @@ void check_transform(const Material& material, const std::array<float, 6>& trans
                                     "UV space. Export the file again.");
 }
 
-/// Whether the bytes of two files are equal, for pairs that were compared.
+/// For pairs of files that were compared: true if their bytes are equal.
 using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
 
 /// True if two pictures are the same file, or equal copies of it.
@@ -728,13 +729,13 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
   Mesh mesh = load_mesh_file(path, options, warnings, &asset);
   asset.mesh = std::move(mesh);
   FileFinder finder(path.parent_path());
-  const auto is_there = [&](std::string file) {
+  const auto exists = [&](std::string file) {
     std::replace(file.begin(), file.end(), '\\', '/');
     return register_file_check(finder.find(path.parent_path() / file, path.string()));
   };
   const std::vector<std::string>& files = asset.mesh.material_files;
   if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&
-      std::all_of(files.begin(), files.end(), is_there)) {
+      std::all_of(files.begin(), files.end(), exists)) {
     asset.materials = load_materials(asset.mesh, path, warnings, options.outside);
   }
   return asset;

@@ -238,12 +238,12 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
   const auto of_triangles = triangle_colors_.finish(mesh.triangles.size(), input_);
-  const auto vary = [](const auto& list) {
+  const auto has_different_colors = [](const auto& list) {
     return std::any_of(list.begin(), list.end(), [&](const auto& c) { return c != list[0]; });
   };
   const bool white = mesh.colors.empty() || mesh.colors[0] == kWhite;
-  if (vary(mesh.colors) || (!white && !vary(of_triangles))) {
-    if (vary(of_triangles)) {
+  if (has_different_colors(mesh.colors) || (!white && !has_different_colors(of_triangles))) {
+    if (has_different_colors(of_triangles)) {
       input_.warn("face-colors-left-out",
                   counted(colored_faces_, "face") + (colored_faces_ == 1 ? " has" : " have") +
                       " a colour, and so do vertices: the colours of the vertices are used. To use "
@@ -329,9 +329,9 @@ void MeshBuilder::number_polygons(Mesh& mesh) const {
   auto next = polygons_.begin();
   std::uint32_t number = 0;
   for (std::size_t t = 0; t < mesh.polygons.size(); ++number) {
-    const bool starts = next != polygons_.end() && next->first_triangle == t;
-    const std::size_t count = starts ? next->corners - 2 : 1;
-    if (starts) ++next;
+    const bool starts_polygon = next != polygons_.end() && next->first_triangle == t;
+    const std::size_t count = starts_polygon ? next->corners - 2 : 1;
+    if (starts_polygon) ++next;
     for (std::size_t k = 0; k < count; ++k) mesh.polygons[t++] = number;
   }
 }
@@ -383,7 +383,7 @@ Box<Vec3d> MeshBuilder::box() const {
   return total_box;
 }
 
-void MeshBuilder::place(Mesh& mesh) {
+void MeshBuilder::convert_positions(Mesh& mesh) {
   check_finite();
   const Box<Vec3d> used_box = box();
   const auto& [low, high] = used_box;
@@ -459,7 +459,7 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
     return length(cross(b - a, c - a)) > 0 && std::isfinite(length(a) + length(b) + length(c));
   };
   if (coarse_coordinates_.empty())
-    coarse_coordinates_ = stretched_box({triangles_, has_corners, position, {}});
+    coarse_coordinates_ = describe_stretched_box({triangles_, has_corners, position, {}});
   if (!coarse_coordinates_.empty()) input_.warn("coarse-coordinates", coarse_coordinates_, 1);
 }
 
@@ -577,8 +577,8 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
       }
     }
   });
-  std::uint64_t usable = mesh.triangles.size();
-  for (const std::vector<std::uint32_t>& piece : flat) usable -= piece.size();
+  std::uint64_t usable_count = mesh.triangles.size();
+  for (const std::vector<std::uint32_t>& piece : flat) usable_count -= piece.size();
   for (const std::vector<std::uint32_t>& piece : flat) {
     for (const std::uint32_t i : piece) {
       const auto [a, b, c] = mesh.triangles[i];
@@ -594,7 +594,7 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
           .add(i);
     }
   }
-  if (usable == 0 && rounded.count != 0) {
+  if (usable_count == 0 && rounded.count != 0) {
     input_.fail(describe_face(rounded.first),
                 "none of its " + std::to_string(mesh.triangles.size()) +
                     " triangles keeps an area in single precision" +
@@ -605,7 +605,7 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
                     ? "Move the mesh to the world's origin."
                     : coarse_coordinates_.substr(coarse_coordinates_.find(". ") + 2));
   }
-  if (usable == 0) {
+  if (usable_count == 0) {
     input_.fail(describe_face(0),
                 "every one of its " + std::to_string(mesh.triangles.size()) +
                     " triangles is degenerate (repeated corners, no area, or a corner that is not "
@@ -675,11 +675,12 @@ double MeshBuilder::move_to_world() {
     for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
     return result;
   };
-  AffineMap turn = *world.map;  // The rotation of the axes, without the scale of the unit
-  const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
-  for (double& value : turn) value /= unit;
+  AffineMap axis_rotation = *world.map;  // The rotation of the axes, without the scale of the unit
+  const double unit =
+      std::abs(axis_rotation[0]) + std::abs(axis_rotation[1]) + std::abs(axis_rotation[2]);
+  for (double& value : axis_rotation) value /= unit;
   const auto rotated = [&](const Vec3& v) {
-    const Position rotated_position = transformed(turn, v.x, v.y, v.z);
+    const Position rotated_position = transformed(axis_rotation, v.x, v.y, v.z);
     return Vec3{narrow(rotated_position[0]), narrow(rotated_position[1]),
                 narrow(rotated_position[2])};
   };
@@ -715,7 +716,7 @@ Mesh MeshBuilder::finish() {
   if (!is_placed) mesh.metres = move_to_world();
   finish_colors();
   split_polygons();
-  place(mesh);
+  convert_positions(mesh);
   complete_attributes(mesh);
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);

@@ -190,7 +190,7 @@ class MeshBuilder {
   void check_finite() const;
   bool has_area_in_file(std::size_t triangle) const;
   Box<Vec3d> box() const;
-  void place(Mesh& mesh);
+  void convert_positions(Mesh& mesh);
   void check_steps(const Mesh& mesh);
   void collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& used);
   void complete_attributes(Mesh& mesh);

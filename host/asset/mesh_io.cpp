@@ -149,9 +149,9 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
                remedy);
   }
   if (format == MeshFormat::obj || format == MeshFormat::off) {
-    const std::size_t zero = input.bytes.substr(0, 4096).find('\0');
-    if (zero != std::string_view::npos) {
-      input.fail("byte " + std::to_string(zero),
+    const std::size_t zero_byte = input.bytes.substr(0, 4096).find('\0');
+    if (zero_byte != std::string_view::npos) {
+      input.fail("byte " + std::to_string(zero_byte),
                  std::string("it contains binary data, but ") +
                      kFormatNames[static_cast<int>(format)] + " is a text format",
                  "Check that it is a mesh; export it again.");

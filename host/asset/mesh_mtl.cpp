@@ -157,8 +157,8 @@ class MtlReader {
     } else if (keyword == "map_refl" && by_blender_) {
       reflections_ = picture(keyword);
     } else if (keyword == "map_bump" || keyword == "bump") {
-      MaterialPicture bumps = picture(keyword);
-      if (!has_normals_) material.normal_map = std::move(bumps);
+      MaterialPicture bump_picture = picture(keyword);
+      if (!has_normals_) material.normal_map = std::move(bump_picture);
     } else if (MaterialPicture* named = picture_of(material, keyword)) {
       *named = picture(keyword);
       has_normals_ = has_normals_ || named == &material.normal_map;

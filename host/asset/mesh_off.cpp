@@ -22,13 +22,14 @@ class OffReader {
     if (colors_ && normals_ && has_negative_colors()) are_colors_first_ = !are_colors_first_;
     for (std::uint64_t i = 0; i < vertices_; ++i) parse_vertex(i);
     for (std::uint64_t i = 0; i < faces_; ++i) parse_face(i);
-    if (by_index_ != 0) {
+    if (indexed_color_count_ != 0) {
       input_.warn("color-indices",
-                  counted(by_index_, "face") + (by_index_ == 1 ? " has" : " have") +
+                  counted(indexed_color_count_, "face") +
+                      (indexed_color_count_ == 1 ? " has" : " have") +
                       " an index into a colour map that the file does not contain (face " +
-                      std::to_string(first_by_index_) +
+                      std::to_string(first_indexed_color_) +
                       " for example): these faces get no colour. Export colours as three numbers.",
-                  by_index_);
+                  indexed_color_count_);
     }
     return builder_.finish();
   }
@@ -213,8 +214,8 @@ class OffReader {
     if (values_.size() >= 3) {
       builder_.set_face_color({values_[0], values_[1], values_[2],
                                values_.size() == 4 ? values_[3] : MeshBuilder::kFullAlpha});
-    } else if (!values_.empty() && by_index_++ == 0) {
-      first_by_index_ = i;
+    } else if (!values_.empty() && indexed_color_count_++ == 0) {
+      first_indexed_color_ = i;
     }
   }
 
@@ -222,7 +223,7 @@ class OffReader {
   TextScanner scan_;
   MeshBuilder builder_;
   /// Number of faces whose colour is an index, and the first of them
-  std::uint64_t by_index_ = 0, first_by_index_ = 0;
+  std::uint64_t indexed_color_count_ = 0, first_indexed_color_ = 0;
   bool has_uvs_ = false, colors_ = false, normals_ = false;
   bool is_homogeneous_ = false;    ///< True: positions are x y z w
   bool states_dimension_ = false;  ///< True: a line gives the number of coordinates per vertex

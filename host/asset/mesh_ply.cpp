@@ -45,7 +45,7 @@ class BinarySource {
 
   bool has(std::uint64_t bytes) const { return bytes <= remaining(); }
   std::uint64_t remaining() const { return static_cast<std::uint64_t>(end_ - at_); }
-  std::uint64_t least_bytes(Type type) const { return size_of(type); }
+  std::uint64_t min_bytes_of(Type type) const { return size_of(type); }
   std::string place() const { return "byte " + std::to_string(at_ - begin_); }
 
   double number(Type type) {
@@ -96,7 +96,7 @@ class AsciiSource {
   std::uint64_t remaining() const { return scan_.remaining() + 1; }
   /// A value takes at least a digit and a separator. The constructor accounts for a missing last
   /// separator.
-  std::uint64_t least_bytes(Type) const { return 2; }
+  std::uint64_t min_bytes_of(Type) const { return 2; }
   std::string place() const { return "line " + std::to_string(first_line_ + scan_.line() - 1); }
 
   double number(Type) {
@@ -183,7 +183,7 @@ class BodyReader {
   void check_size(const Element& element) {
     std::uint64_t min_bytes = 0;
     for (const Property& property : element.properties) {
-      min_bytes += source_.least_bytes(property.list ? property.count_type : property.type);
+      min_bytes += source_.min_bytes_of(property.list ? property.count_type : property.type);
     }
     if (min_bytes == 0 ? element.count > kMaxElements
                        : element.count > source_.remaining() / min_bytes) {
@@ -194,7 +194,7 @@ class BodyReader {
     }
   }
 
-  /// The values of one vertex or face, by their role.
+  /// The values of one vertex or face, one for each Role of properties.
   class ElementValues {
    public:
     explicit ElementValues(const Element& element) : has_color(has(element, Role::red)) {
@@ -346,7 +346,7 @@ class BodyReader {
         if (property.list) {
           skip_list(element, property, i);
         } else {
-          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          if (!source_.has(source_.min_bytes_of(property.type))) truncated(element, i);
           value[property.role] = source_.number(property.type);
         }
       }
@@ -372,7 +372,7 @@ class BodyReader {
   }
 
   std::uint64_t list_length(const Element& element, const Property& property, std::uint64_t index) {
-    if (!source_.has(source_.least_bytes(property.count_type))) truncated(element, index);
+    if (!source_.has(source_.min_bytes_of(property.count_type))) truncated(element, index);
     const double length = source_.number(property.count_type);
     if (!(length >= 0) || length != std::floor(length)) {
       input_.fail(source_.place(),
@@ -381,7 +381,7 @@ class BodyReader {
                   "Export the mesh again.");
     }
     // All lengths that can pass this check are exact in double precision; larger ones fail it.
-    if (length * static_cast<double>(source_.least_bytes(property.type)) >
+    if (length * static_cast<double>(source_.min_bytes_of(property.type)) >
         static_cast<double>(source_.remaining())) {
       truncated(element, index);
     }
@@ -399,7 +399,7 @@ class BodyReader {
                has_wedges = has(element, Role::wedge_uvs);
     if (!check_only) name_first_texture(builder, numbered);
     if (!check_only && vertex_uvs_ && has_wedges && builder.uvs.empty()) {
-      // The vertices may come later in the file, but their UVs have the same indices as they.
+      // The vertices may follow later in the file. The UV of a vertex will have the same index as the vertex.
       for (const Element& other : header_.elements) {
         if (other.name == "vertex") check_size(other);
       }
@@ -413,7 +413,7 @@ class BodyReader {
       wedge_uvs_.clear();
       for (const Property& property : element.properties) {
         if (!property.list) {
-          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          if (!source_.has(source_.min_bytes_of(property.type))) truncated(element, i);
           if (property.role == Role::unused) {
             source_.skip(property.type, 1);
           } else {
@@ -534,7 +534,7 @@ class BodyReader {
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
         if (!property.list) {
-          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          if (!source_.has(source_.min_bytes_of(property.type))) truncated(element, i);
           source_.skip(property.type, 1);
         } else if (property.role != Role::indices) {
           skip_list(element, property, i);

@@ -13,7 +13,7 @@ namespace kiln::ply {
 enum class Encoding { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// What a property means.
+/// The meaning of a property.
 enum class Role {
   unused,
   x,

@@ -48,12 +48,12 @@ class StlColors {
     const std::array<std::uint8_t, 3> channels = channels_of(color_bits);
     // Largest rounding error of 5-bit channels, in units of 1/255
     constexpr int kMaxRoundingError = 5;
-    const bool agrees = std::equal(channels.begin(), channels.end(), color.begin(),
-                                   [](std::uint8_t a, std::uint8_t b) {
-                                     return std::abs(int{a} - int{b}) <= kMaxRoundingError;
-                                   });
+    const bool matches_default = std::equal(channels.begin(), channels.end(), color.begin(),
+                                            [](std::uint8_t a, std::uint8_t b) {
+                                              return std::abs(int{a} - int{b}) <= kMaxRoundingError;
+                                            });
     // Programs that write only a default colour set bit 15 of all triangles, or of none.
-    if (agrees || color_bits == 0 || color_bits == kDefaultColorBit - 1) return;
+    if (matches_default || color_bits == 0 || color_bits == kDefaultColorBit - 1) return;
     input.warn(
         "stl-colors",
         "all triangles have the same colour, and are marked to use the colour in the header "
@@ -130,15 +130,16 @@ Mesh read_binary(const MeshInput& input) {
                "Copy or export it again.");
   }
   if (needed_bytes < bytes.size()) {
-    const std::uint64_t extra = bytes.size() - needed_bytes;
+    const std::uint64_t extra_bytes = bytes.size() - needed_bytes;
     input.warn("trailing-bytes",
-               std::to_string(extra) + " bytes after the last triangle were ignored.", extra);
+               std::to_string(extra_bytes) + " bytes after the last triangle were ignored.",
+               extra_bytes);
   }
   MeshBuilder builder(input);
   CornerWelder<MeshBuilder::Position> welder(builder.positions, count / 2);
   const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
-    // Address of the triangle's vertices, which come after its normal
+    // Address of the triangle's vertices, which follow its normal
     const char* at = bytes.data() + kStlHeaderBytes + t * kStlTriangleBytes + kStlNormalBytes;
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {

@@ -58,11 +58,11 @@ class Writer {
 /// a final backslash would join it with the next one. '#' is kept, since within a name it does not
 /// begin a comment.
 std::string safe_name(const std::string& name) {
-  std::string safe = name.empty() ? "default" : name;
-  for (char& c : safe) {
+  std::string safe_text = name.empty() ? "default" : name;
+  for (char& c : safe_text) {
     if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '\\') c = '_';
   }
-  return safe;
+  return safe_text;
 }
 
 /// Replaces line ends in a path; all other characters are kept.
@@ -87,17 +87,17 @@ void check(const Mesh& mesh) {
   };
   const std::size_t n = mesh.triangles.size();
   if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n)
-    fail_validation("uv_triangles not parallel to triangles");
+    fail_validation("a number of uv_triangles that differs from that of its triangles");
   if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
-    fail_validation("normal_triangles not parallel to triangles");
+    fail_validation("a number of normal_triangles that differs from that of its triangles");
   if (!mesh.groups.empty() && mesh.groups.size() != n)
-    fail_validation("groups not parallel to triangles");
+    fail_validation("a number of groups that differs from that of its triangles");
   if (!mesh.objects.empty() && mesh.objects.size() != n)
-    fail_validation("objects not parallel to triangles");
+    fail_validation("a number of objects that differs from that of its triangles");
   if (!mesh.materials.empty() && mesh.materials.size() != n)
-    fail_validation("materials not parallel to triangles");
+    fail_validation("a number of materials that differs from that of its triangles");
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
-    fail_validation("colors not parallel to positions");
+    fail_validation("a number of colors that differs from that of its positions");
   check_indices(mesh.triangles, mesh.positions.size(), "a vertex index out of range");
   check_indices(mesh.uv_triangles, mesh.uvs.size(), "a UV index out of range");
   check_indices(mesh.normal_triangles, mesh.normals.size(), "a normal index out of range");
@@ -235,7 +235,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Names groups("g ", mesh.groups, mesh.group_names);
   Names materials("usemtl ", mesh.materials, mesh.material_names);
   Names objects("o ", mesh.objects, mesh.object_names);
-  // Other programs make a new object for each such line, so it is only written if it is needed.
+  // Other programs start a new object at each `g` line. So all groups are named at the start only where that is needed.
   if (mesh.objects.empty() || !groups.is_in_order()) groups.write_all_names(out);
   if (!objects.is_in_order()) objects.write_all_names(out);
   materials.write_all_names(out);

@@ -125,8 +125,7 @@ class HeaderLines {
   std::uint64_t number_ = 0;
 };
 
-/// Removes the roles of properties that occur twice, or that lack other properties of their set,
-/// such as y of x, y, z.
+/// Marks properties as unused if they occur twice, or if others of their set are missing, such as y of x, y, z.
 class RoleCheck {
  public:
   explicit RoleCheck(Element& element) : element_(element) {
@@ -140,7 +139,7 @@ class RoleCheck {
     }
   }
 
-  void keep_whole(std::initializer_list<Role> set, std::optional<Role> more = {}) {
+  void keep_if_complete(std::initializer_list<Role> set, std::optional<Role> more = {}) {
     if (std::all_of(set.begin(), set.end(), [&](Role r) { return count(element_, r) == 1; }))
       return;
     for (Property& property : element_.properties) {
@@ -190,16 +189,16 @@ void check_vertex_properties(const MeshInput& input, Element& vertex) {
                "A vertex needs exactly x, y and z; export the mesh again.");
   }
   RoleCheck check(vertex);
-  check.keep_whole({Role::nx, Role::ny, Role::nz});
-  check.keep_whole({Role::u, Role::v});
-  check.keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
-  check.keep_whole({Role::tx, Role::ty, Role::tz}, Role::tw);
+  check.keep_if_complete({Role::nx, Role::ny, Role::nz});
+  check.keep_if_complete({Role::u, Role::v});
+  check.keep_if_complete({Role::red, Role::green, Role::blue}, Role::alpha);
+  check.keep_if_complete({Role::tx, Role::ty, Role::tz}, Role::tw);
   check.warn(input, "vertices");
 }
 
 void check_face_properties(const MeshInput& input, Element& face) {
   RoleCheck check(face);
-  check.keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
+  check.keep_if_complete({Role::red, Role::green, Role::blue}, Role::alpha);
   check.warn(input, "faces");
 }
 

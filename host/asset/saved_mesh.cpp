@@ -100,7 +100,8 @@ void put_saved_members(const Mesh& mesh, const Put& put) {
 
 class SavedMeshReader {
  public:
-  SavedMeshReader(const MeshInput& input, std::string_view bytes) : input_(input), left_(bytes) {}
+  SavedMeshReader(const MeshInput& input, std::string_view bytes)
+      : input_(input), remaining_(bytes) {}
 
   template <typename T>
   void take(T& value) {
@@ -127,25 +128,25 @@ class SavedMeshReader {
     take(set.set);
     take(set.uvs);
   }
-  bool is_at_end() const { return left_.empty(); }
+  bool is_at_end() const { return remaining_.empty(); }
 
  private:
   std::size_t take_count(std::size_t bytes_each) {
     std::uint64_t count = 0;
     take(count);
-    if (count > left_.size() / bytes_each) {
+    if (count > remaining_.size() / bytes_each) {
       input_.fail("", "an array of its mesh is longer than the file", remedy_of_saved_mesh());
     }
     return static_cast<std::size_t>(count);
   }
   void copy(void* to, std::size_t size) {
-    if (size > left_.size()) input_.fail("", "its mesh is cut short", remedy_of_saved_mesh());
-    if (size != 0) std::memcpy(to, left_.data(), size);
-    left_.remove_prefix(size);
+    if (size > remaining_.size()) input_.fail("", "its mesh is cut short", remedy_of_saved_mesh());
+    if (size != 0) std::memcpy(to, remaining_.data(), size);
+    remaining_.remove_prefix(size);
   }
 
   const MeshInput& input_;
-  std::string_view left_;
+  std::string_view remaining_;
 };
 
 /// Checks the head of a file.

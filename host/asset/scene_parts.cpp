@@ -125,8 +125,8 @@ void ScenePictures::count_missing(const std::string& name) {
   (is_kept_out ? outside_pictures_ : missing_pictures_).add(name);
 }
 
-void ScenePictures::place(MaterialPicture& picture, double scale_u, double scale_v, bool moved,
-                          bool agreed) {
+void ScenePictures::set_transform(MaterialPicture& picture, double scale_u, double scale_v,
+                                  bool moved, bool agreed) {
   const bool usable =
       std::isfinite(scale_u) && scale_u != 0 && std::isfinite(scale_v) && scale_v != 0;
   if (!moved && ((scale_u == 1 && scale_v == 1) || (agreed && usable))) {

@@ -48,7 +48,7 @@ class UvSetChoice {
   /// The requested set if the mesh has it; otherwise counts the mesh for check().
   /// \param names  names of the mesh's sets; empty if they have none
   std::optional<std::uint32_t> choose(const std::vector<std::string>& names);
-  /// As choose(), without counting.
+  /// Like choose(), but does not count meshes for check().
   std::optional<std::uint32_t> find(const std::vector<std::string>& names) const;
   /// Rejects a requested set that no mesh has, and warns of meshes without it. To be called after
   /// all meshes.
@@ -78,7 +78,8 @@ class ScenePictures {
   /// computes S (u - T), but Unreal and three.js compute S u + T; a rotation is in degrees or, if
   /// Blender wrote it, in radians; other formats are as ambiguous.
   /// \param agreed  false if programs disagree even on the scaling
-  void place(MaterialPicture& picture, double scale_u, double scale_v, bool moved, bool agreed);
+  void set_transform(MaterialPicture& picture, double scale_u, double scale_v, bool moved,
+                     bool agreed);
   void warn() const;
 
  private:

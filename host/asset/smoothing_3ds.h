@@ -16,7 +16,7 @@ struct Smoothing3ds {
   std::vector<std::uint32_t> masks;
   /// For each face, the index of its material in `material_names`
   std::vector<std::uint32_t> materials;
-  /// In lower case; the first name is for faces without a material
+  /// Names of materials in lower case; the first one is for faces without a material
   std::vector<std::string> material_names;
 };
 

@@ -40,7 +40,7 @@ static_assert(sizeof(Corner) == sizeof(Vec3));
 /// The last bytes of a file of joined vertices. Before them: the triangles, the vertices' positions, and the key.
 struct JoinedTail {
   std::uint64_t triangles = 0, vertices = 0, key_bytes = 0;
-  std::uint64_t hash = 0;  ///< Of the positions and the key
+  std::uint64_t hash = 0;  ///< Hash of the positions and the key
   char magic[8] = {};
 };
 
@@ -190,7 +190,7 @@ class StlStream : public MeshStream {
     parallel_for(count, kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const char* at = &bytes[t * kStlTriangleBytes];
-        constexpr unsigned kColorBit = 0x80;  // of the second byte after the corners
+        constexpr unsigned kColorBit = 0x80;  // Bit of the second byte after the corners
         if ((static_cast<unsigned char>(at[kStlTriangleBytes - 1]) & kColorBit) != 0) {
           refuse_colors("triangle " + std::to_string(first + t));
         }

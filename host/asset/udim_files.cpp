@@ -98,9 +98,9 @@ std::optional<TileName> TileName::by_number(const fs::path& path) {
 }
 
 fs::path TileName::file_of(std::uint32_t tile) const {
-  const std::uint32_t place = tile - kFirstUdim;
-  const std::string number = by_columns_ ? "u" + std::to_string(place % kUdimColumns + 1) + "_v" +
-                                               std::to_string(place / kUdimColumns + 1)
+  const std::uint32_t tile_index = tile - kFirstUdim;
+  const std::string number = by_columns_ ? "u" + std::to_string(tile_index % kUdimColumns + 1) +
+                                               "_v" + std::to_string(tile_index / kUdimColumns + 1)
                                          : std::to_string(tile);
   return folder_ / fs::path(prefix_ + number + suffix_);
 }
@@ -110,10 +110,10 @@ fs::path TileName::token_path() const { return folder_ / fs::path(prefix_ + toke
 std::vector<std::uint32_t> TileName::files() const {
   std::vector<std::uint32_t> tiles;
   std::string found_tiles;
-  for (std::uint32_t place = 0; place < kUdimColumns * kMaxTileRows; ++place) {
+  for (std::uint32_t tile_index = 0; tile_index < kUdimColumns * kMaxTileRows; ++tile_index) {
     std::error_code error;
-    if (!fs::is_regular_file(file_of(kFirstUdim + place), error)) continue;
-    tiles.push_back(kFirstUdim + place);
+    if (!fs::is_regular_file(file_of(kFirstUdim + tile_index), error)) continue;
+    tiles.push_back(kFirstUdim + tile_index);
     found_tiles += std::to_string(tiles.back()) + " ";
   }
   // The input log gets one record for the whole set: a thousand names are tested, of which few
@@ -189,7 +189,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
   if (counts == nullptr) return result;
   const auto name = TileName::by_number(picture);
   if (!name) return result;
-  std::uint64_t outside_first_tile = 0, with_file = 0, all_triangles = 0;
+  std::uint64_t outside_first_tile = 0, triangles_with_files = 0, all_triangles = 0;
   bool named_by_others = false;
   std::string found;
   for (const auto& [tile, count] : *counts) {
@@ -198,7 +198,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     if (tile == 0) continue;
     const fs::path file = name->file_of(tile);
     if (!is_file(file)) continue;
-    with_file += count;
+    triangles_with_files += count;
     result.tiles.emplace_back(tile, file);
     if (tile == name->number()) continue;
     found += (found.empty() ? "" : ", ") + std::to_string(tile);
@@ -210,7 +210,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
   }
   const std::string quoted = "'" + picture.string() + "'";
   const std::string token = "'" + name->token_path().filename().string() + "'";
-  if (2 * with_file < all_triangles || named_by_others) {
+  if (2 * triangles_with_files < all_triangles || named_by_others) {
     result.tiles.clear();
     result.note =
         quoted +

@@ -120,7 +120,7 @@ std::optional<CopyCheck::TestPoint> CopyCheck::baked_test_point_of(
     uv[axis] -= uv_triangles_[test_point.triangle].offset[axis];
   std::uint32_t triangle = surface_.copy_of[test_point.triangle];
   if (!uv_triangles_[triangle].contains(uv)) {
-    const bool found = baked_squares_.any_at(uv, [&](std::uint32_t other) {
+    const bool found = baked_squares_.any_match_at(uv, [&](std::uint32_t other) {
       if (!uv_triangles_[other].contains(uv)) return false;
       triangle = other;
       return true;

@@ -77,7 +77,7 @@ class FinerEvaluation {
     }
   }
 
-  void add_errors_to(std::string_view against, BakeReport& report) {
+  void add_errors_to(std::string_view reference, BakeReport& report) {
     for (std::size_t l = 0; l < map_errors_.size(); ++l) {
       std::vector<double>& errors = map_errors_[l];
       if (errors.empty()) continue;
@@ -87,7 +87,7 @@ class FinerEvaluation {
       error.kind = row.info.kind;
       error.unit = unit_of(row).name;
       error.texels = static_cast<std::uint32_t>(errors.size());
-      error.against = against;
+      error.reference = reference;
       for (const double e : errors) {
         error.mean += e / static_cast<double>(errors.size());
         error.rms += e * e / static_cast<double>(errors.size());

@@ -530,8 +530,8 @@ void HighCoverage::record_band(const Source::Impl& high, BandReads& reads,
 std::vector<VertexCoverage> HighCoverage::vertex_coverage() const {
   std::vector<VertexCoverage> result;
   for (std::size_t i = 0; i < test_points_.size(); ++i) {
-    result.push_back(!(cosine_sums_[i] > 0) ? VertexCoverage::beside
-                     : is_covered_[i] != 0  ? VertexCoverage::held
+    result.push_back(!(cosine_sums_[i] > 0) ? VertexCoverage::not_rated
+                     : is_covered_[i] != 0  ? VertexCoverage::represented
                                             : VertexCoverage::lost);
   }
   return result;

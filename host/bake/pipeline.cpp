@@ -59,7 +59,8 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
       static_cast<std::size_t>(
           std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
   result_.report.small_triangles = sampler_.small_charts().triangles.size();
-  result_.report.small_without_texel = sampler_.small_charts().triangles_without_texel.size();
+  result_.report.small_triangles_without_texel =
+      sampler_.small_charts().triangles_without_texel.size();
   result_.report.seconds_texels = stopwatch_.lap() - result_.report.seconds_build;
   if (options.encoding.mips) {
     chart_of_triangle_ = uv_charts(scene_.low, surface_.with_uvs);
@@ -435,7 +436,7 @@ double Pipeline::max_point_distance() const {
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =
       std::max(request.cage.value_or(0) * units_per_frame_unit_,
-               result_.report.cage_mesh ? result_.report.cage_mesh->outward_most : 0);
+               result_.report.cage_mesh ? result_.report.cage_mesh->max_outward : 0);
   // Rays that start on a cage run through the low poly.
   return std::max(cage, request.distance * units_per_frame_unit_ - (request.cage ? cage : 0));
 }

@@ -28,7 +28,7 @@ Error::Error(ErrorCode code, const Message& message, const char* id)
 
 Error::Error(ErrorCode code, const Message& message, const std::string& what, const char* id)
     : std::runtime_error(what), code_(code), id_(id != nullptr ? id : name_of(code)) {
-  if (message.names_options()) message_ = std::make_shared<const Message>(message);
+  if (message.has_options()) message_ = std::make_shared<const Message>(message);
 }
 
 Error::~Error() = default;

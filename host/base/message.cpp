@@ -36,7 +36,7 @@ Message& Message::operator+=(const Message& other) {
   return *this;
 }
 
-bool Message::names_options() const {
+bool Message::has_options() const {
   return std::any_of(pieces_.begin(), pieces_.end(),
                      [](const MessagePiece& piece) { return !piece.option.empty(); });
 }

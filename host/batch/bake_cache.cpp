@@ -68,7 +68,8 @@ std::string current_answer(const fs::path& path, const std::string& question) {
     }
     return answer;
   }
-  return FileFinder(path).named(question.substr(std::string_view(kNamedAnswerPrefix).size()));
+  return FileFinder(path).find_by_name(
+      question.substr(std::string_view(kNamedAnswerPrefix).size()));
 }
 
 }  // namespace

@@ -405,7 +405,7 @@ kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
     check_given(bake, "bake");
     const kiln_bake_options o = given(options, kiln_bake_options_init);
     BakeOptions bake_by = bake_options(o);
-    if (low->made) look_as_far(*low->made, bake_by.match);
+    if (low->made) set_search_distances(*low->made, bake_by.match);
     BakeResult result = kiln::bake(source->source, low->mesh, bake_by);
     check_cancelled(result.cancelled);
     check_found(result.report);

@@ -60,7 +60,7 @@ VolumeOrientation volume_orientation_of(const Mesh& mesh, const FacingParts& par
   const auto all_parts = [&](const auto& is) {
     return std::all_of(parts.parts.begin(), parts.parts.end(), is);
   };
-  if (!all_parts([](const FacingParts::Part& part) { return part.agrees; })) return {};
+  if (!all_parts([](const FacingParts::Part& part) { return part.is_consistent; })) return {};
   const bool one = parts.parts.size() < 2;
   if (!all_parts([](const FacingParts::Part& part) { return part.closed; })) {
     return {false, !one || (!open_alone && may_face_inwards(mesh))};
@@ -111,7 +111,7 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
     const bool has_enough_pixels = !is_seen_from_inside && front + back >= kMinVisiblePixels;
     const double drawn = static_cast<double>(seen[2 * p].drawn) + seen[2 * p + 1].drawn;
     const bool shown = static_cast<double>(back) >= kMinBackShare * drawn;
-    if (!part.agrees) {
+    if (!part.is_consistent) {
       bool clear = has_enough_pixels && is_clear_ratio(front, back);
       // The two groups of triangles are also tested separately: a large flap that shows both of its sides would mask
       // the other group in the sum.

@@ -324,7 +324,7 @@ MapRow own_map(const OwnMap& map) {
   row.info.kind = MapKind(map.name);
   row.info.channels = map.channels;
   row.info.type = MapType::vector;
-  row.info.holds = "value that the caller's function returns for the point";
+  row.info.description = "value that the caller's function returns for the point";
   row.info.missed = MissedTexels::neighbours;
   row.info.options = "encoding.origin";
   row.follows_positions = row.reads_around = true;

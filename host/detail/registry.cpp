@@ -139,8 +139,8 @@ RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> cove
       const float slack = (high - low) * 1e-5F;
       if (value >= low - slack && value <= high + slack) continue;
       is_in_range = false;
-      if (std::max(value - high, low - value) <= excess.by) continue;
-      excess.by = std::max(value - high, low - value);
+      if (std::max(value - high, low - value) <= excess.distance) continue;
+      excess.distance = std::max(value - high, low - value);
       excess.value = value;
       excess.x = static_cast<std::uint32_t>(i % map.image.width);
       excess.y = static_cast<std::uint32_t>(i / map.image.width);

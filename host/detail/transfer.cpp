@@ -150,11 +150,11 @@ MapRow row_of(const Transfer& transfer) {
   MapRow row;
   row.info.kind = MapKind(transfer.name);
   row.info.channels = 3;
-  row.info.holds = "texture of the high poly, filtered over each texel's footprint";
+  row.info.description = "texture of the high poly, filtered over each texel's footprint";
   row.follows_positions = true;
   if (transfer.texture.kind == TextureKind::normal) {
     row.info.type = MapType::unit_vector;
-    row.info.holds = "normal map of the high poly, in the requested space";
+    row.info.description = "normal map of the high poly, in the requested space";
     row.reads_around = true;
     row.make = [info = row.info, &transfer](const MapRequest& request) {
       return make_point_map(request, info,

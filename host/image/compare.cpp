@@ -127,7 +127,7 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
       total_sums.worst_error_texel = block_sums.worst_error_texel;
     }
   }
-  result.compared = total_sums.compared_values;
+  result.compared_texels = total_sums.compared_values;
   if (total_sums.compared_values == 0) return result;
   const auto count = static_cast<double>(total_sums.compared_values);
   result.mean_error = total_sums.error_sum / (count * a.channels);

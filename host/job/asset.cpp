@@ -75,22 +75,23 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
 /// Copies the alpha mode, sidedness and extras from HIGH's material, or from LOW's own material if HIGH's is null.
 /// \param common  common_alpha_mode()
 void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
-                             std::optional<AlphaMode> common, const Material* of_high,
-                             const Material* of_low, AssetMaterial& material) {
-  const Material* const source_material = of_high != nullptr ? of_high : of_low;
+                             std::optional<AlphaMode> common, const Material* high_material,
+                             const Material* low_material, AssetMaterial& material) {
+  const Material* const source_material = high_material != nullptr ? high_material : low_material;
   material.alpha_mode = common.value_or(AlphaMode::opaque);
-  if (of_high != nullptr && is_transparent(*of_high)) {
-    material.alpha_mode = common.value_or(of_high->alpha_mode);
-    const bool same_alpha_mode = of_high->alpha_mode == material.alpha_mode;
-    if (same_alpha_mode && !asset.opacity_is_sampled) material.alpha_cutoff = of_high->alpha_cutoff;
+  if (high_material != nullptr && is_transparent(*high_material)) {
+    material.alpha_mode = common.value_or(high_material->alpha_mode);
+    const bool same_alpha_mode = high_material->alpha_mode == material.alpha_mode;
+    if (same_alpha_mode && !asset.opacity_is_sampled)
+      material.alpha_cutoff = high_material->alpha_cutoff;
   }
   if (source_material != nullptr) {
     material.double_sided =
-        source_material->double_sided || (of_low != nullptr && of_low->double_sided);
+        source_material->double_sided || (low_material != nullptr && low_material->double_sided);
   }
   material.double_sided = scene.run.job.double_sided.value_or(material.double_sided);
   if (source_material == nullptr) return;
-  material.extras = of_low != nullptr ? of_low->extras : source_material->extras;
+  material.extras = low_material != nullptr ? low_material->extras : source_material->extras;
 }
 
 AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const AssetParts& asset) {
@@ -133,9 +134,9 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   mesh.materials.clear();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::string& own_name = names.empty() ? default_name : names[material_of[t]];
-    const Material* of_high = high_names.find(own_name);
+    const Material* high_material = high_names.find(own_name);
     MaterialKey key{set_of_triangle[t], material_of[t], AssetParts::kNoMaterial};
-    if (of_high == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
+    if (high_material == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
     const auto [entry, added] =
         material_of_key.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));
     mesh.materials.push_back(entry->second);
@@ -143,7 +144,7 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
     AssetMaterial& material = result.materials.emplace_back();
     material.name = own_name;
     if (key.hit != AssetParts::kNoMaterial) {
-      of_high = &high[key.hit];
+      high_material = &high[key.hit];
       material.name = high[key.hit].name;
     }
     if (!sets.empty()) {
@@ -155,10 +156,10 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
     }
     if (!asset.pictures.empty()) material.pictures = asset.pictures[key.set];
     result.sets.push_back(key.set);
-    const Material* const of_low = low_names.find(own_name);
-    copy_surface_properties(scene, asset, common, of_high, of_low, material);
-    result.sidedness_is_stated.push_back((of_high != nullptr && of_high->multiplies) ||
-                                         (of_low != nullptr && of_low->multiplies));
+    const Material* const low_material = low_names.find(own_name);
+    copy_surface_properties(scene, asset, common, high_material, low_material, material);
+    result.sidedness_is_stated.push_back((high_material != nullptr && high_material->multiplies) ||
+                                         (low_material != nullptr && low_material->multiplies));
     mesh.material_names.push_back(material.name);
   }
   return result;
@@ -227,7 +228,7 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
     const Vec2 &p = low.uvs[a], &q = low.uvs[b], &r = low.uvs[c];
     // the triangle belongs to another texture set
     if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) return;
-    std::map<std::uint32_t, int> hits;
+    std::map<std::uint32_t, int> triangle_hits;
     for (int i = 0; i < kSamplesPerEdge; ++i) {
       for (int k = 0; i + k < kSamplesPerEdge; ++k) {
         const double u = (i + 1.0 / 3) / kSamplesPerEdge, v = (k + 1.0 / 3) / kSamplesPerEdge,
@@ -237,13 +238,14 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
         const std::uint32_t hit = match.triangle[std::size_t{y} * match.width + x];
         if (hit < high.materials.size() &&
             is_transparent_or_double_sided(materials[high.materials[hit]])) {
-          ++hits[high.materials[hit]];
+          ++triangle_hits[high.materials[hit]];
         }
       }
     }
-    const auto most_hit = std::max_element(
-        hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
-    if (most_hit != hits.end()) asset.materials_hit[t] = most_hit->first;
+    const auto most_hit =
+        std::max_element(triangle_hits.begin(), triangle_hits.end(),
+                         [](const auto& x, const auto& y) { return x.second < y.second; });
+    if (most_hit != triangle_hits.end()) asset.materials_hit[t] = most_hit->first;
   };
   if (scene.set == nullptr) {
     for (std::size_t t = 0; t < low.triangles.size(); ++t) find(t);
@@ -274,9 +276,9 @@ bool needs_asset_match(const BakeScene& scene) {
   if (std::none_of(materials.begin(), materials.end(), is_transparent_or_double_sided))
     return false;
   const std::vector<std::string>& names = scene.low.mesh.material_names;
-  const MaterialNames known(materials);
+  const MaterialNames known_names(materials);
   return names.empty() || std::any_of(names.begin(), names.end(), [&](const auto& name) {
-           return known.find(name) == nullptr;
+           return known_names.find(name) == nullptr;
          });
 }
 

@@ -171,15 +171,15 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
   FittedPictures& fitted = *asset.fitted;
   PictureFitOptions options = fit_options(scene.run.job);
   options.all_qualities = true;
-  std::optional<NormalProbe> probe;
+  std::optional<NormalProbe> normal_probe;
   if (scene.sets.empty() && maps.normal != nullptr) {
     if (!fitted.high_views) {
       fitted.high_views = std::make_shared<const HighPolyView>(
           shown_from(impl_of(source), screen_pixels(scene.run.job), plan_directions()));
     }
-    probe.emplace(impl_of(source), scene.low.mesh, *fitted.high_views);
+    normal_probe.emplace(impl_of(source), scene.low.mesh, *fitted.high_views);
     options.normal_error = [&](const Image& picture) {
-      const NormalError error = probe->with_map(picture, bake);
+      const NormalError error = normal_probe->with_map(picture, bake);
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
   }

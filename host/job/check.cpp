@@ -39,8 +39,8 @@ std::optional<CleanOptions> clean_options(const Job& a) {
 
 void resolve_asset_output(Job& a) {
   const std::filesystem::path out = a.out;
-  // The prefix makes a name such as ".glb", which is only an extension, count as an asset. A trailing slash means a
-  // folder.
+  // A prefix is added, so that a name such as ".glb", which is only an extension, counts as an asset. A trailing slash
+  // means a folder.
   const std::string ending = lower_extension("x" + out.filename().string());
   std::error_code ignored_error;
   const bool is_folder = std::filesystem::is_directory(out, ignored_error);
@@ -168,7 +168,7 @@ bool applies_to_match(const OptionRow& row, const Job& a) {
   return std::any_of(matches().begin(), matches().end(), applicable);
 }
 
-/// A placeholder row for the user's own maps, by which tests find the options that apply to them.
+/// A placeholder row for user-defined maps, with which tests find the options that apply to such maps.
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
@@ -579,7 +579,7 @@ bool is_applicable(const OptionRow& row, const Job& a) {
 void check_applicable(const Job& a) {
   for (const OptionRow& row : bake_rows()) {
     if (!a.given.contains(row.flag)) continue;
-    // A fallback that is only a fill affects how misses look in maps, not the match.
+    // A fallback that only fills misses affects maps, not the match.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
     refuse_if(row.is_match_option() && has_saved_match(a),
               option_of(row.flag) + " affects matching, but " + option("load_match") +

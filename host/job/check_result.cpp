@@ -41,11 +41,11 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
                                                      {{2, 1, 0}, "X and Z"},
                                                      {{1, 2, 0}, "X, Y and Z cyclically"},
                                                      {{2, 0, 1}, "X, Y and Z cyclically"}}};
-  const double slack = 0.1 * std::hypot(high[0], high[1], high[2]);
+  const double tolerance = 0.1 * std::hypot(high[0], high[1], high[2]);
   for (const AxisOrder& order : kAxisOrders) {
     bool fits = true;
     for (std::size_t k = 0; k < 3; ++k) {
-      fits = fits && std::abs(high[k] - low[order.axes[k]] / scale) < slack;
+      fits = fits && std::abs(high[k] - low[order.axes[k]] / scale) < tolerance;
     }
     if (fits) return order.swapped_axes_text;
   }
@@ -77,9 +77,9 @@ Message explain_bounds_mismatch(const Mesh& high, const Mesh& low, bool check_po
     const double power = std::pow(10, std::round(std::log10(ratio)));
     // a ratio of lengths near a power of ten suggests different units
     const bool units = std::abs(ratio / power - 1) < 0.05;
-    const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
+    const bool is_exact_ratio = !units || std::abs(ratio / power - 1) < 0.0005;
     const std::string text = formatted("LOW is %s%.3g times as large as HIGH; scale one of them",
-                                       exact ? "" : "about ", units ? power : ratio);
+                                       is_exact_ratio ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(high_box), extents(low_box), ratio);
     return text + (axes.empty() ? ", or state its " + option("unit")
                                 : ", and swap " + axes + ", or state their " + option("unit") +

@@ -44,7 +44,7 @@ Mesh load_low(const std::string& path, const std::string& otherwise, std::vector
 struct MissedPatch {
   std::uint64_t texels = 0;
   std::uint32_t column = 0, row = 0;  ///< The texel nearest to the patch's mean position
-  Vec2 uv;                            ///< UV of that texel's centre
+  Vec2 uv;                            ///< UV of the centre of the texel at `column` and `row`
   std::array<double, 3> position{};   ///< The point of the low poly at `uv`, world units
 };
 
@@ -58,7 +58,7 @@ std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> co
 /// States the patch's size and position in one or two sentences.
 std::string describe(const std::optional<MissedPatch>& patch);
 
-/// describe() of the largest missed patch of a bake that has maps.
+/// Describes the largest missed patch of a bake that has maps, by describe().
 std::string describe_missed_place(const BakeResult& result, const Mesh& low);
 
 }  // namespace kiln

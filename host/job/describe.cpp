@@ -94,23 +94,24 @@ Json describe(const CageReport& cage) {
   const char* kind = cage.kind == CageKind::offsets  ? "offsets"
                      : cage.kind == CageKind::shells ? "shells"
                                                      : "hull";
-  Json json = {{"kind", kind},
-               {"outward",
-                {{"least", cage.outward_least},
-                 {"median", cage.outward_median},
-                 {"most", cage.outward_most}}},
-               {"inward", Json()}};
+  Json json = {
+      {"kind", kind},
+      {"outward",
+       {{"least", cage.min_outward}, {"median", cage.median_outward}, {"most", cage.max_outward}}},
+      {"inward", Json()}};
   if (cage.kind == CageKind::shells) {
     json["inward"] = {
-        {"least", cage.inward_least}, {"median", cage.inward_median}, {"most", cage.inward_most}};
+        {"least", cage.min_inward}, {"median", cage.median_inward}, {"most", cage.max_inward}};
   }
   return json;
 }
 
 Json describe(const EdgeReport& edges) {
-  return {{"edges", edges.edges},
-          {"found", edges.found},
-          {"width", {{"least", edges.least}, {"median", edges.median}, {"most", edges.most}}}};
+  return {
+      {"edges", edges.edges},
+      {"found", edges.found},
+      {"width",
+       {{"least", edges.min_width}, {"median", edges.median_width}, {"most", edges.max_width}}}};
 }
 
 Json describe(const HighCoverageReport& recall) {
@@ -154,7 +155,7 @@ Json describe(const std::vector<MapError>& errors) {
                     {"p95", error.p95},
                     {"max", error.max},
                     {"texels", error.texels},
-                    {"against", error.against}});
+                    {"against", error.reference}});
   }
   return json;
 }

@@ -20,9 +20,9 @@ double max_height_share(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared_diagonal = 0;
   for (std::size_t k = 0; k < 3; ++k) squared_diagonal += std::pow(box.high[k] - box.low[k], 2);
-  const double reach =
+  const double max_distance =
       std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
-  return squared_diagonal > 0 ? reach / std::sqrt(squared_diagonal) : 0;
+  return squared_diagonal > 0 ? max_distance / std::sqrt(squared_diagonal) : 0;
 }
 
 /// Returns the options of a height field. If they state no extent, it is derived from the file's pixel spacing.
@@ -251,7 +251,7 @@ void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
                      std::vector<Warning>& warnings) {
   const AgreedNormals found = agree_normals(mesh, trust);
   const std::uint64_t corrected_count = found.normals + found.faces;
-  if (corrected_count + found.strange == 0) return;
+  if (corrected_count + found.unexplained == 0) return;
   const Vec3& example_position = mesh.positions[mesh.triangles[found.first][0]];
   const std::string place_text =
       formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + example_position.x,
@@ -287,14 +287,15 @@ void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
                             correction_text + "." + remedy,
                         corrected_count});
   }
-  if (found.strange != 0) {
+  if (found.unexplained != 0) {
     warnings.push_back(
         {"strange-normals",
          which + " '" + mesh.name + "': most normals oppose their faces in parts with " +
-             with_commas(found.strange) + total_text + (corrected_count == 0 ? place_text : "") +
+             with_commas(found.unexplained) + total_text +
+             (corrected_count == 0 ? place_text : "") +
              ", which neither flipping nor mirroring explains; the normals are used unchanged." +
              remedy,
-         found.strange});
+         found.unexplained});
   }
 }
 

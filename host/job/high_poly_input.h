@@ -85,7 +85,7 @@ Message explain_inside_out(const Mesh& high, const Mesh& low);
 /// Tolerances of matching by UVs. A height field's layout always fits, but its surfaces are as far apart as the baked
 /// heights, so the heights are added to the tolerances.
 UvOptions uv_options(const HighPolyInput& high, UvOptions options = {});
-/// uv_options() of a height field that is given as a mesh.
+/// Variant of uv_options() for a height field that is given as a mesh.
 UvOptions height_field_uv_options(const Mesh& field, UvOptions options = {});
 
 }  // namespace kiln

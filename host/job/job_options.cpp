@@ -102,8 +102,8 @@ Json describe(const Job& job, const BakeReport& report) {
 namespace {
 
 bool is_asset(const std::filesystem::path& out) {
-  // The prefix makes a name such as ".glb", which is only an extension, count as an asset. A trailing slash means a
-  // folder.
+  // A prefix is added, so that a name such as ".glb", which is only an extension, counts as an asset. A trailing slash
+  // means a folder.
   const std::string ending = lower_extension("x" + out.filename().string());
   return ending == ".glb" || ending == ".gltf" || ending == ".obj";
 }

@@ -86,11 +86,11 @@ bool has_cage_mesh(const Job& job);
 inline std::string default_match() { return std::string(MatchOptions().method.name); }
 /// Names of the matches that work without a direction.
 std::vector<std::string> match_names();
-/// Names of the matches that need nothing but HIGH's surface. `first` heads the list.
+/// Names of the matches that need nothing but HIGH's surface. The list begins with `first`.
 std::vector<std::string> surface_match_names(const char* first);
 /// The first match of the registry that uses an option, such as "match.views.count". There must be one.
 MatchMethod first_match(std::string_view option);
-/// The match that searches only by distance, so that it finds a point wherever HIGH is near.
+/// The name of the match that searches only by distance, so that it finds a point wherever HIGH is near.
 MatchMethod distance_match();
 
 /// The names of parts to pair, with the file of --match-list read. \throws Error(input) if that file cannot be read

@@ -73,8 +73,8 @@ PartNames part_names(const Job& job) {
 
 namespace {
 
-// Maximum number of entries. It limits the time of a run, since each of up to 4096 visibility directions is compared
-// with all entries.
+// Maximum number of directions in a file. It limits the time of a run, since each of up to 4096 visibility directions
+// is compared with all of them.
 constexpr std::size_t kMaxDirections = 65536;
 constexpr const char* kWordSeparators = " \t\v\f";
 

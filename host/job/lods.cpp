@@ -62,10 +62,10 @@ void describe_level(const StoredMaps& stored, PlannedLow& planned, std::size_t n
 void save_level(const BakeScene& scene, const Source& source, const std::string& file,
                 PlannedLow& planned, std::size_t number, BakedLayout& baked, AssetParts& asset,
                 JobOutputs& outputs) {
-  const std::size_t before = outputs.files.size();
+  const std::size_t first_output = outputs.files.size();
   save_low_and_maps(scene, source, file, &planned, baked, asset, outputs);
-  const std::vector<std::string> files(outputs.files.begin() + static_cast<std::ptrdiff_t>(before),
-                                       outputs.files.end());
+  const std::vector<std::string> files(
+      outputs.files.begin() + static_cast<std::ptrdiff_t>(first_output), outputs.files.end());
   describe_level(baked.stored, planned, number, files);
 }
 
@@ -79,16 +79,16 @@ struct CoarserLevel {
 CoarserLevel extract_level(const Job& job, LodLevel& level, std::size_t number,
                            const BakedLayout& first, const AssetParts& first_asset) {
   LowPolyPlan& plan = level.plan;
-  CoarserLevel taken;
-  taken.low.mesh = std::move(plan.low);
-  taken.low.stem = taken.low.mesh.name = lod_stem(job, number);
-  taken.low.made = true;
-  taken.baked.options = first.options;
-  if (plan.result) taken.baked.result = std::move(*plan.result);
-  if (!level.own_maps) taken.asset.pictures = first_asset.pictures;
-  taken.asset.has_opacity = first_asset.has_opacity;
-  taken.asset.opacity_is_sampled = first_asset.opacity_is_sampled;
-  return taken;
+  CoarserLevel coarser_level;
+  coarser_level.low.mesh = std::move(plan.low);
+  coarser_level.low.stem = coarser_level.low.mesh.name = lod_stem(job, number);
+  coarser_level.low.made = true;
+  coarser_level.baked.options = first.options;
+  if (plan.result) coarser_level.baked.result = std::move(*plan.result);
+  if (!level.own_maps) coarser_level.asset.pictures = first_asset.pictures;
+  coarser_level.asset.has_opacity = first_asset.has_opacity;
+  coarser_level.asset.opacity_is_sampled = first_asset.opacity_is_sampled;
+  return coarser_level;
 }
 
 /// Writes all levels into one GLB or glTF.

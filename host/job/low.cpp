@@ -30,7 +30,7 @@ PolygonCounts count_polygons(const Mesh& mesh) {
   for (std::size_t first = 0, t = 1; t <= mesh.polygons.size(); ++t) {
     if (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]) continue;
     if (t - first == 2) ++counts.quads;
-    if (t - first > 2) ++counts.larger;
+    if (t - first > 2) ++counts.larger_polygons;
     first = t;
   }
   return counts;

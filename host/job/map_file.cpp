@@ -63,7 +63,7 @@ Image load_normal_map(const std::filesystem::path& path) {
 Image load_curvature(const std::filesystem::path& path) {
   const Image map = load_image(path);
   const bool exr = path.extension() == ".exr";
-  Image bend{map.width, map.height, 1, {}};
+  Image curvature{map.width, map.height, 1, {}};
   float max_magnitude = exr ? 0.0F : 1.0F;
   for (std::size_t i = 0; i < map.pixels.size(); i += map.channels) {
     const float* p = &map.pixels[i];
@@ -74,11 +74,11 @@ Image load_curvature(const std::filesystem::path& path) {
                         ErrorCode::input);
     }
     const float value = !std::isfinite(*p) ? 0 : exr ? *p : 2 * *p - 1;
-    bend.pixels.push_back(value);
+    curvature.pixels.push_back(value);
     max_magnitude = std::max(max_magnitude, std::abs(value));
   }
   std::vector<float> magnitudes;
-  for (const float value : bend.pixels) {
+  for (const float value : curvature.pixels) {
     if (std::abs(value) > 1.01F / 255 * max_magnitude) magnitudes.push_back(std::abs(value));
   }
   float percentile = 1;
@@ -88,8 +88,9 @@ Image load_curvature(const std::filesystem::path& path) {
     std::nth_element(magnitudes.begin(), percentile_95, magnitudes.end());
     percentile = *percentile_95;
   }
-  for (float& value : bend.pixels) value = std::clamp(value / percentile, -1.0F, 1.0F) / 2 + 0.5F;
-  return bend;
+  for (float& value : curvature.pixels)
+    value = std::clamp(value / percentile, -1.0F, 1.0F) / 2 + 0.5F;
+  return curvature;
 }
 
 Image load_mask(const std::filesystem::path& path) {

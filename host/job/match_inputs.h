@@ -23,7 +23,7 @@ class MatchInputs {
   /// Reads the cage's mesh and the occluders, and pairs the parts. \throws Error(input) as their readers
   void read(const Job& job, const Mesh& high, const Mesh& low, std::vector<Warning>& warnings);
 
-  /// read(), and reads the saved match, for commands that need a LOW of one texture set.
+  /// Variant of read() that also reads the saved match, for commands that need a LOW of one texture set.
   /// \throws Error(input) also if LOW has several sets
   void read_with_match(const Job& job, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings);
@@ -31,18 +31,18 @@ class MatchInputs {
   /// Finds the cage of --cage auto. \param options  options of a bake, after apply()
   void find_cage(const Source& source, const Mesh& low, const BakeOptions& options,
                  std::vector<Warning>& warnings);
-  /// find_cage() after read_with_match(), with a temporary Source. Does nothing without --cage auto.
+  /// Calls find_cage() with a temporary Source, for use after read_with_match(). Does nothing without --cage auto.
   void find_cage(const Job& job, const Device& device, const Mesh& high, const Mesh& low,
                  std::vector<Warning>& warnings);
 
   /// Sets the pointers in the options. Call it once; this object must outlive the bake.
   void apply(BakeOptions& options) const;
-  /// Sets only the pointer to the cage, after find_cage().
+  /// Variant of apply() for use after find_cage(): sets only the pointer to the cage.
   void apply_cage(BakeOptions& options) const;
 
   const std::optional<Match>& match() const { return match_; }
   const std::optional<Mesh>& cage_mesh() const { return cage_mesh_; }
-  /// The result of find_cage(); the mesh itself is cage_mesh().
+  /// The cage that find_cage() found; its mesh is cage_mesh().
   const std::optional<FoundCage>& found_cage() const { return found_cage_; }
   const std::optional<Parts>& parts() const { return parts_; }
 

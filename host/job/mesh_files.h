@@ -122,7 +122,8 @@ UpAxis parse_up(const std::string& text);
 /// \throws Error(usage)
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side);
 
-/// load_options() with the triangulation of polygons, for jobs with members `frame` and `load`. \throws Error(usage)
+/// Variant of load_options() that includes the triangulation of polygons, for jobs with members `frame` and `load`.
+/// \throws Error(usage)
 template <typename Job>
 LoadMeshOptions load_options(const Job& job, MeshSide side) {
   LoadMeshOptions options = load_options(job.frame, side);

@@ -43,7 +43,7 @@ std::string keyword_of(std::string_view name) {
 }  // namespace
 
 void fail_usage(const Message& message) {
-  if (message.names_options()) throw OptionError(message);
+  if (message.has_options()) throw OptionError(message);
   throw Error(ErrorCode::usage, message);
 }
 

@@ -44,7 +44,7 @@ Job job_from_json(std::string_view /*json*/) { fail(); }
 std::string options_json() { fail(); }
 std::string job_schema() { fail(); }
 
-// Without the table of options, options keep their names.
+// This build has no table of options, so messages spell options by their names.
 std::string option_as_flag(std::string_view name, std::string_view /*value*/) {
   return std::string(name);
 }

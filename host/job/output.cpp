@@ -128,7 +128,7 @@ void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs)
     BakedMap joined;
     joined.image = pack_channels(
         pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
-    std::size_t levels = 64;  // more than any image has
+    std::size_t levels = 64;  // more mip levels than any image has
     std::vector<ValueRange> ranges;
     std::string units;
     bool has_units = false;
@@ -290,7 +290,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
     for (const std::string& file : hooks.plan_files(stem)) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
-  // Checks this before the bake, which may take hours.
+  // Checked before the bake, which may take hours.
   for (const fs::path& output : outputs) {
     if (!is_write_protected(output)) continue;
     fail_to_write(output, "the file there is write-protected", EACCES);

@@ -125,7 +125,7 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
   }
   if (report.small_triangles > 0) {
     json["small_charts"] = {{"triangles", report.small_triangles},
-                            {"without_texel", report.small_without_texel}};
+                            {"without_texel", report.small_triangles_without_texel}};
   }
   if (!scene.high.input.heights) json["high_normals"] = describe(scene.high.input.shading);
   if (clean_options(job)) json["clean"] = describe(scene.high.repairs);
@@ -162,7 +162,7 @@ void add_input_files(const BakeScene& scene, Json& json) {
   low["triangulation"] = name_of(Words(kTriangulationWords), job.load.triangulation);
   low["tangents"] = scene.low.mesh.tangents.empty() ? "mikktspace" : "file";
   low["quads"] = scene.low.polygons.quads;
-  low["larger_polygons"] = scene.low.polygons.larger;
+  low["larger_polygons"] = scene.low.polygons.larger_polygons;
   low["soft_seams"] = scene.low.soft_seams;
 }
 

@@ -455,7 +455,8 @@ void check_outline(const Message&, const std::string& text) { parse_outline_boun
 std::string list_maps() {
   std::string text;
   for (const MapInfo& map : maps()) {
-    text += (text.empty() ? "" : "; ") + std::string(map.kind.name) + ": " + std::string(map.holds);
+    text += (text.empty() ? "" : "; ") + std::string(map.kind.name) + ": " +
+            std::string(map.description);
   }
   return text;
 }

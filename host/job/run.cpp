@@ -73,7 +73,7 @@ void apply_search_distance(Job& job, const LoadedHigh& high, const LowMesh& low,
   const SimplifyReport* const simplified = simplify_report_of(job, low);
   if (simplified == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job))
     return;
-  look_as_far(*simplified, options.match);
+  set_search_distances(*simplified, options.match);
   job.bake.match.near_distance = options.match.near_distance;
 }
 
@@ -124,22 +124,22 @@ Message too_many_missed(const Job& job, const BakeResult& result, const LowMesh&
   if (!job.load_match.empty()) {
     return message + " Save the match again with a longer " + option("max_distance") + ".";
   }
-  const MatchMethod nearest = distance_match();
-  const Message fallback = "add " + option("fallback", nearest.name) + ".";
+  const MatchMethod nearest_match = distance_match();
+  const Message fallback = "add " + option("fallback", nearest_match.name) + ".";
   const bool uses_distance = job.match_auto || any_match_uses_option(job, "match.max_distance");
   if (!uses_distance) return message + " To find them, " + fallback;
   return message + " Raise " + option("max_distance") +
-         (requests_match(job, nearest) ? "." : ", or " + fallback);
+         (requests_match(job, nearest_match) ? "." : ", or " + fallback);
 }
 
 /// The failure message if the result exceeds a limit of the job; empty if it does not.
 Message explain_exceeded_limit(const Job& job, const RunOutcome& outcome) {
   const BakeReport& report = outcome.baked.result.report;
   const LowMesh& low = outcome.scene.low;
-  const double missed = 100.0 * static_cast<double>(report.missed) /
-                        static_cast<double>(std::max<std::uint64_t>(1, report.samples));
-  if (missed > job.max_missed_percent) {
-    return too_many_missed(job, outcome.baked.result, low, missed);
+  const double missed_percent = 100.0 * static_cast<double>(report.missed) /
+                                static_cast<double>(std::max<std::uint64_t>(1, report.samples));
+  if (missed_percent > job.max_missed_percent) {
+    return too_many_missed(job, outcome.baked.result, low, missed_percent);
   }
   if (low.simplified && misses_faces(*low.simplified, job.low.make.faces)) {
     return too_many_faces(*low.simplified, job.low.make.faces);

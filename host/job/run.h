@@ -29,7 +29,7 @@ class RunLog {
   bool report_progress(double share, std::string_view stage) const {
     return !progress_ || progress_(share, stage);
   }
-  /// report_progress() that throws if the caller cancels. \throws Cancelled
+  /// Variant of report_progress() that throws if the caller cancels. \throws Cancelled
   void progress(double share, std::string_view stage) const {
     if (!report_progress(share, stage)) throw Cancelled{};
   }

@@ -190,7 +190,8 @@ void accumulate(BakeReport& sum, const BakeReport& report) {
        {&BakeReport::texels, &BakeReport::samples, &BakeReport::outward, &BakeReport::inward,
         &BakeReport::cage, &BakeReport::viewed, &BakeReport::closest, &BakeReport::by_uv,
         &BakeReport::passed_over, &BakeReport::uv_copies, &BakeReport::small_triangles,
-        &BakeReport::small_without_texel, &BakeReport::missed, &BakeReport::gutter_texels}) {
+        &BakeReport::small_triangles_without_texel, &BakeReport::missed,
+        &BakeReport::gutter_texels}) {
     sum.*count += report.*count;
   }
   for (double BakeReport::*seconds :
@@ -239,7 +240,7 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   if (report.transitions) json["switches"] = describe(*report.transitions);
   if (report.small_triangles > 0) {
     json["small_charts"] = {{"triangles", report.small_triangles},
-                            {"without_texel", report.small_without_texel}};
+                            {"without_texel", report.small_triangles_without_texel}};
   }
   if (set.planned) json["auto"] = plan_json(*set.planned);
   if (set.reasons) json["reasons"] = reasons_json(*set.reasons);
@@ -323,7 +324,7 @@ bool tiles_show_different_surfaces(const Mesh& low, const Source& source,
   constexpr std::uint32_t kTrialMapSize = 16;
   try {
     if (find_texture_sets(low, SetsBy::udim).size() < 2) return false;
-    // The trial uses plain rays, since the meaning of LOW's layout does not depend on the bake's options.
+    // The trial uses plain rays: the surface that LOW's UVs represent does not depend on the bake's options.
     BakeOptions options;
     options.width = options.height = kTrialMapSize;
     options.match.max_distance = match.max_distance;

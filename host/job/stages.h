@@ -37,7 +37,7 @@ class ChunkedMesh;
 inline constexpr double kProgressAtLow = 0.08, kProgressAtSource = 0.15, kProgressAtBake = 0.3,
                         kProgressAtSave = 0.8;
 
-/// Inputs of every stage. run_stages() completes the job between stages; stages never change it.
+/// Inputs of every stage. run_stages() completes the job between stages; the stages themselves never change it.
 struct RunContext {
   const Job& job;
   const RunHooks& hooks;
@@ -71,7 +71,7 @@ struct LoadedHigh {
 
 /// Numbers of quads and larger polygons in the files of a low poly.
 struct PolygonCounts {
-  std::uint64_t quads = 0, larger = 0;
+  std::uint64_t quads = 0, larger_polygons = 0;
 };
 
 /// The low poly: read, made from the high poly, or planned.
@@ -134,8 +134,7 @@ struct StoredMaps {
   Json errors = Json::object();  ///< Rounding errors of formats of 8 bits and of lossy pictures
   std::optional<std::array<double, 3>> origin;  ///< The origin of position maps
 
-  /// Copies from `other`, the maps of another layout of the same bake, the origin and the legends of ids, which all
-  /// layouts share.
+  /// Copies the origin and the legends of ids, which all layouts of a bake share, from the maps of another layout.
   void copy_shared_properties(const StoredMaps& other);
 };
 

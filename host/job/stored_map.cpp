@@ -137,10 +137,10 @@ Json describe_error(const StoredError& error, TextureUse use) {
 
 void MapValues::add(const BakedMap& rows, std::uint32_t first_row,
                     std::span<const std::uint8_t> coverage) {
-  const RangeExcess further = beyond_range(rows, coverage);
-  const std::uint64_t texels = excess.texels + further.texels;
-  if (further.by > excess.by) {
-    excess = further;
+  const RangeExcess rows_excess = beyond_range(rows, coverage);
+  const std::uint64_t texels = excess.texels + rows_excess.texels;
+  if (rows_excess.distance > excess.distance) {
+    excess = rows_excess;
     excess.y += first_row;
   }
   excess.texels = texels;

@@ -108,11 +108,11 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 }
 
 std::shared_ptr<const MeshStream> open_larger_than_memory(
-    const std::string& path, const MemoryNeed& need,
+    const std::string& path, const MemoryNeed& memory_need,
     const std::function<Message(const LargeFile& high)>& find_obstacle) {
   const LargeFile layout = examine(path);
   if (layout.triangles == 0 ||
-      memory_fits(layout.triangles * need.bytes_per_triangle + need.other_bytes)) {
+      memory_fits(layout.triangles * memory_need.bytes_per_triangle + memory_need.other_bytes)) {
     return nullptr;
   }
   Message obstacle = find_obstacle(layout);
@@ -121,7 +121,7 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
                ": write it as a binary, little-endian PLY of triangles, or as a binary STL.";
   }
   if (!obstacle.empty()) {
-    if (memory_fits(layout.triangles * need.min_bytes_per_triangle)) return nullptr;
+    if (memory_fits(layout.triangles * memory_need.min_bytes_per_triangle)) return nullptr;
     throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
                           " Or raise the " + option("memory_limit") + ".",
                       ErrorCode::usage, "larger-than-memory");
@@ -134,12 +134,12 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   if (hooks.high != nullptr || job.high.size() != 1 || job.high.front().asset) return nullptr;
   const std::string& path = job.high.front().name;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
-  MemoryNeed need = job.low.given.empty() ? kMemoryToSimplify : kMemoryToBake;
-  need.other_bytes = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
+  MemoryNeed memory_need = job.low.given.empty() ? kMemoryToSimplify : kMemoryToBake;
+  memory_need.other_bytes = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
   ProgressGuard progress_guard(
       [&](double, std::string_view stage) { return log.report_progress(0, stage); });
   std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
-      path, need,
+      path, memory_need,
       [&](const LargeFile& high) { return find_streaming_obstacle(high, job, options, hooks); });
   if (streamed != nullptr) log.progress(0, "reading " + path);
   return streamed;
@@ -165,17 +165,17 @@ ShadingReport shading_of(const MeshStream& streamed) {
 
 Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces) {
   double share = reduced_share(mesh.mesh(), faces);
-  const double of_chunks = std::max(share, kMinReducedShare);
+  const double chunk_share = std::max(share, kMinReducedShare);
   Mesh result =
-      mesh.reduced([of_chunks](std::vector<Vec3>& positions, std::vector<Triangle>& triangles) {
-        reduce_chunk(positions, triangles, of_chunks);
+      mesh.reduced([chunk_share](std::vector<Vec3>& positions, std::vector<Triangle>& triangles) {
+        reduce_chunk(positions, triangles, chunk_share);
       });
-  share /= of_chunks;
+  share /= chunk_share;
   while (share < 1) {
     ProgressGuard::poll_within_stage("reducing the chunks together");
-    const double of_pieces = std::max(share, kMinReducedShare);
-    reduce_pieces(result, of_pieces);
-    share /= of_pieces;
+    const double piece_share = std::max(share, kMinReducedShare);
+    reduce_pieces(result, piece_share);
+    share /= piece_share;
   }
   return result;
 }

@@ -17,8 +17,8 @@ class ChunkedMesh;
 
 /// Memory that an operation needs if it reads the whole high poly.
 struct MemoryNeed {
-  std::uint64_t bytes_per_triangle;      ///< Typical value
-  std::uint64_t min_bytes_per_triangle;  ///< Lower bound
+  std::uint64_t bytes_per_triangle;      ///< Typical number of bytes per triangle
+  std::uint64_t min_bytes_per_triangle;  ///< Lower bound of bytes_per_triangle
   std::uint64_t other_bytes = 0;         ///< Bytes that do not depend on the high poly
 };
 
@@ -31,18 +31,18 @@ inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
 /// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
 Message explain_whole_mesh_need(const Message& what);
-/// As explain_whole_mesh_need(), for a low poly that is made within an error bound. \param remedy names the options to
-/// give instead
+/// Variant of explain_whole_mesh_need() for a low poly that is made within an error bound. \param remedy names the
+/// options to give instead
 Message explain_error_bound_need(const Message& remedy);
-/// explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share; empty if none
-/// is given.
+/// Variant of explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share;
+/// empty if none is given.
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes);
 
 /// Facts about a mesh file that follow from its first bytes and its size.
 struct LargeFile {
   std::uint64_t triangles = 0;  ///< 0 if the number is unknown
   bool has_normals = false, has_pictures = false;
-  std::string obstacle;  ///< Why it cannot be read in pieces, as PlyLayout::obstacle
+  std::string obstacle;  ///< Why the file cannot be read in pieces; see PlyLayout::obstacle
 };
 
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is

@@ -109,18 +109,19 @@ std::string summary(const CageReport& cage, double diagonal) {
   const double percent_of_diagonal = 100 / diagonal;
   const std::string text =
       formatted("cage: %.3g%% to %.3g%% of the diagonal outward",
-                percent_of_diagonal * cage.outward_least, percent_of_diagonal * cage.outward_most);
+                percent_of_diagonal * cage.min_outward, percent_of_diagonal * cage.max_outward);
   std::string line = text;
   if (cage.kind != CageKind::shells) return line;
-  return line + formatted(", %.3g%% to %.3g%% inward", percent_of_diagonal * cage.inward_least,
-                          percent_of_diagonal * cage.inward_most);
+  return line + formatted(", %.3g%% to %.3g%% inward", percent_of_diagonal * cage.min_inward,
+                          percent_of_diagonal * cage.max_inward);
 }
 
 /// Summarises in one line within what distance of hard edges the directions of rays are blended.
 std::string summary(const EdgeReport& edges, double diagonal) {
-  const std::string text = formatted(
-      "hard edges: rays bend within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
-      100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
+  const std::string text =
+      formatted("hard edges: rays bend within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
+                100 * edges.median_width / diagonal, 100 * edges.min_width / diagonal,
+                100 * edges.max_width / diagonal);
   if (edges.found == 0) return text;
   return text + ("; widths are those of HIGH's bevels at " + with_commas(edges.found) + " of " +
                  with_commas(edges.edges) + " hard edges");
@@ -200,9 +201,10 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
                            with_commas(low.simplified->input_faces).c_str(),
                            low.simplified->error * 100));
   }
-  if (low.polygons.quads + low.polygons.larger > 0) {
+  if (low.polygons.quads + low.polygons.larger_polygons > 0) {
     console.line("LOW: " + with_commas(low.polygons.quads) + " quads and " +
-                 with_commas(low.polygons.larger) + " larger polygons, triangulated by the rule '" +
+                 with_commas(low.polygons.larger_polygons) +
+                 " larger polygons, triangulated by the rule '" +
                  name_of(Words(kTriangulationWords), job.load.triangulation) + "'");
   }
   if (!low.mesh.tangents.empty() && job.bake.encoding.space == NormalMapSpace::tangent) {
@@ -265,7 +267,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   for (const MapError& error : report.errors) {
     console.line(
         formatted("error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, max %.3g %s (%s texels)",
-                  std::string(error.kind.name).c_str(), std::string(error.against).c_str(),
+                  std::string(error.kind.name).c_str(), std::string(error.reference).c_str(),
                   error.rms, error.mean, error.p95, error.max, std::string(error.unit).c_str(),
                   with_commas(error.texels).c_str()));
   }

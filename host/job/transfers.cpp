@@ -48,10 +48,10 @@ class Materials {
  private:
   const std::vector<Material>& all() {
     if (materials_) return *materials_;
-    const std::size_t former_count = warnings_.size();
+    const std::size_t previous_warning_count = warnings_.size();
     materials_ =
         load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
-    for (std::size_t i = former_count; i < warnings_.size(); ++i) {
+    for (std::size_t i = previous_warning_count; i < warnings_.size(); ++i) {
       // In joined files, materials of equal names count as one, so that parts of the map would show the material of
       // another file.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;

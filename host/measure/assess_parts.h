@@ -55,7 +55,7 @@ class SampleGrid {
   std::vector<std::uint32_t> sample_charts_;
 };
 
-/// Computes object_space, image_space, normalised_image_space, image_space_by_place, never_visible and directions.
+/// Computes object_space, image_space, normalised_image_space, image_space_over_area, never_visible and directions.
 /// \returns false if cancelled
 bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
                const AssessOptions& options, MatchAssessment& result);

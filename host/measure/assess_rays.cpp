@@ -191,7 +191,7 @@ void sum_measures(const ViewingRays& viewing_rays, const AssessedSamples& sample
   result.object_space = object.measure(visible_area, unit);
   result.image_space = image.measure(visible_area, unit);
   result.normalised_image_space = normalised.measure(visible_area, 1);
-  result.image_space_by_place = distribution(std::move(weighted_places), unit, unit * unit);
+  result.image_space_over_area = distribution(std::move(weighted_places), unit, unit * unit);
   if (total_area > 0) result.never_visible = unseen_area / total_area;
 }
 

@@ -70,7 +70,7 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   const Point normal{across.x * inverse, across.y * inverse, across.z * inverse};
   const double plane_distance = dot_of(normal, a);
   const double squared_circle_radius = squared_radius - plane_distance * plane_distance;
-  // Sums the angles of the sectors by multiplying complex numbers, so that one arctangent suffices.
+  // Adds the angles of the sectors by multiplying complex numbers, so that one arctangent suffices.
   double real = 1, imaginary = 0;
   const auto turn = [&](double least, double cosine, double sine) KILN_INLINE_LAMBDA {
     const double turned_real = real * cosine - imaginary * sine;
@@ -88,10 +88,11 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
                  start = dot_of(p, p);
     const double root = half * half - whole * (start - squared_radius);
     // Above 0 if the line through the edge meets the ball
-    const double meets = lesser(root, whole);
-    const double reach = std::sqrt(meets > 0 ? root : 0), scale = 1 / (whole > 0 ? whole : 1);
-    const double begin = meets > 0 ? greater(0, (-half - reach) * scale) : 1;
-    const double end = meets > 0 ? lesser(1, (-half + reach) * scale) : 0;
+    const double squared_half_chord = lesser(root, whole);
+    const double reach = std::sqrt(squared_half_chord > 0 ? root : 0),
+                 scale = 1 / (whole > 0 ? whole : 1);
+    const double begin = squared_half_chord > 0 ? greater(0, (-half - reach) * scale) : 1;
+    const double end = squared_half_chord > 0 ? lesser(1, (-half + reach) * scale) : 0;
     const double length = end - begin;  // Above 0 if a part of the edge lies in the ball
     const double share = length > 0 ? length : 0;
     // Dot and cross products of the end points of the edge's part in the ball, relative to the circle's centre.
@@ -111,13 +112,14 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   result.edge_share[2] = clip_edge(c, a);
   // The angle lies in [0, 2 pi], and below pi if the centre lies outside. Rounding must not turn 0 into 2 pi, or 2 pi
   // into 0.
-  constexpr double kNone = 1e-9, kTurn = 2 * std::numbers::pi;
-  const double turned = angle_of(imaginary, real);
-  const double least = least_side >= 0 ? 0 : -std::numbers::pi / 2;
-  const double positive = turned < least ? turned + kTurn : turned;
-  const double size = least_side >= 0 ? std::abs(turned) : kTurn;
-  const double full_or_no_turn = least_margin > 0 ? kTurn : 0;
-  const double angle = size < kNone ? full_or_no_turn : positive;
+  constexpr double kMinAngle = 1e-9, kFullTurn = 2 * std::numbers::pi;
+  const double principal_angle = angle_of(imaginary, real);
+  const double lowest_angle = least_side >= 0 ? 0 : -std::numbers::pi / 2;
+  const double positive =
+      principal_angle < lowest_angle ? principal_angle + kFullTurn : principal_angle;
+  const double size = least_side >= 0 ? std::abs(principal_angle) : kFullTurn;
+  const double full_or_no_turn = least_margin > 0 ? kFullTurn : 0;
+  const double angle = size < kMinAngle ? full_or_no_turn : positive;
   const double sectors = (triangles + squared_circle_radius * angle) / 2;
   const double area = lesser(greater(sectors, 0), doubled_area / 2);
   result.area = lesser(squared_circle_radius, doubled_area) > 0 ? area : 0;

@@ -71,18 +71,18 @@ std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, 
 /// their first triangles.
 std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, std::size_t first,
                             std::size_t count) {
-  const std::vector<std::uint32_t> place_of = weld_vertices(positions);
+  const std::vector<std::uint32_t> welded_vertex = weld_vertices(positions);
   DisjointSets sets(mesh.positions.size());
   for (std::size_t t = first; t < first + count; ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
-    sets.join(place_of[a], place_of[b]);
-    sets.join(place_of[a], place_of[c]);
+    sets.join(welded_vertex[a], welded_vertex[b]);
+    sets.join(welded_vertex[a], welded_vertex[c]);
   }
   std::unordered_map<std::uint32_t, std::size_t> piece_of_component;
   std::vector<Piece> pieces;
   for (std::size_t t = first; t < first + count; ++t) {
     const std::size_t place =
-        piece_of_component.emplace(sets.find(place_of[mesh.triangles[t][0]]), pieces.size())
+        piece_of_component.emplace(sets.find(welded_vertex[mesh.triangles[t][0]]), pieces.size())
             .first->second;
     if (place == pieces.size()) pieces.push_back({mesh.name, {}, {}});
     pieces[place].triangles.push_back(static_cast<std::uint32_t>(t));
@@ -322,7 +322,7 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   }
   const bool by_piece = has_all_partners(piece_partners) && low_pieces.size() == cage_pieces.size();
   if (!by_piece) {
-    const auto whole = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
+    const auto whole_mesh = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
       Piece piece;
       for (std::size_t t = 0; t < triangles; ++t) {
         piece.triangles.push_back(static_cast<std::uint32_t>(from + t));
@@ -330,8 +330,8 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
       piece.name = mesh.name;
       return std::vector<Piece>{std::move(piece)};
     };
-    low_pieces = whole(low, 0, low.triangles.size());
-    cage_pieces = whole(cage, first, low.triangles.size());
+    low_pieces = whole_mesh(low, 0, low.triangles.size());
+    cage_pieces = whole_mesh(cage, first, low.triangles.size());
     piece_partners = {0};
   }
   const auto pair_all = [&] {
@@ -350,12 +350,14 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   };
   std::vector<Vec3> corners = pair_all();
   if (by_piece || !named) return corners;
-  const auto far = [&] { return corners.empty() ? 1 : far_share(low, low_positions, corners); };
-  const double far_in_order = far();
+  const auto far_share_of_corners = [&] {
+    return corners.empty() ? 1 : far_share(low, low_positions, corners);
+  };
+  const double far_in_order = far_share_of_corners();
   if (far_in_order <= kMinFarShare) return corners;
   // Without names, the components of the cage may be in a different order than those of the low poly.
   const std::vector<Vec3> corners_in_order = corners;
-  const std::string wrong =
+  const std::string mismatch_text =
       corners.empty()
           ? mismatch
           : "with faces paired in order, its vertices lie far from those of the low poly";
@@ -366,8 +368,9 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
                        ? pair_by_distance(low_pieces, cage_pieces)
                        : std::vector<std::uint32_t>{};
   corners = has_all_partners(piece_partners) ? pair_all() : std::vector<Vec3>{};
-  if (const double found = far(); found < far_in_order && found <= kMaxFarShare) return corners;
-  mismatch = far_in_order <= kMaxFarShare ? "" : wrong;
+  if (const double found = far_share_of_corners(); found < far_in_order && found <= kMaxFarShare)
+    return corners;
+  mismatch = far_in_order <= kMaxFarShare ? "" : mismatch_text;
   return far_in_order <= kMaxFarShare ? corners_in_order : std::vector<Vec3>{};
 }
 

@@ -60,14 +60,15 @@ struct SplitRule {
   static constexpr double kMinSplitAngleRatio = 2;
   /// Split edges with a smaller angle, in degrees, are ignored, since they lie within planes
   static constexpr double kMinSplitAngle = 1;
-  /// Splits give no information if fewer than this share of all edges are not split, as in triangle soups
+  /// Split vertices are only evaluated if at least this share of all edges is not split. In triangle soups, all edges
+  /// are
   static constexpr double kMinSharedShare = 0.1;
 };
 
 /// Parameters for surfaces of labelled voxels.
 struct LatticeRule {
   static constexpr std::size_t kMinEdges = 200;
-  /// Edges may extend over at most this many steps of the lattice along each axis
+  /// Maximum extent of an edge along each axis, in steps of the lattice
   static constexpr double kMaxEdgeSteps = 2;
   static constexpr double kStepTolerance = 2e-3;  ///< Tolerance in steps of the lattice
   static constexpr double kMinSlantedShare =
@@ -105,7 +106,7 @@ class CreaseFinder {
   void classify_parts();
   /// Makes the edges hard for which a predicate holds. Edges within polygons are never hard.
   template <typename IsHard>
-  void cut(const IsHard& is_hard);
+  void make_hard(const IsHard& is_hard);
   void find_regions();
   /// Softens hard edges of round shapes such as tubes, and makes edges hard that resemble no other edge of their
   /// planes.
@@ -154,7 +155,7 @@ void CreaseFinder::group_edges_by_part() {
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) part_of_[t] = sets.find(t);
   for (const FaceEdge& e : faces_.edges) ++edges[part_of_[e.sides[0] / 3]];
   part_numbers_.assign(part_of_.size(), kNoPart);
-  std::uint32_t next = 1;  // Number 0 is shared by all small parts
+  std::uint32_t next = 1;  // All small parts together have the number 0
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) {
     if (part_of_[t] != t || faces_.areas[t] == 0) continue;
     ++creases_.parts;
@@ -208,20 +209,20 @@ double CreaseFinder::line_share_from(std::span<const std::uint32_t> edges, doubl
 
 bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histogram& angles) const {
   if (edges.size() < LatticeRule::kMinEdges) return false;
-  const double slanted = std::accumulate(&angles.weight[30], &angles.weight[66], 0.0);
-  if (slanted < LatticeRule::kMinSlantedShare * angles.total) return false;
+  const double slanted_weight = std::accumulate(&angles.weight[30], &angles.weight[66], 0.0);
+  if (slanted_weight < LatticeRule::kMinSlantedShare * angles.total) return false;
   const auto along = [&](std::uint32_t e) {
     const auto [a, b] = ends(edge(e));
     const Vec3d d = to_double(mesh_.positions[b]) - to_double(mesh_.positions[a]);
     return std::array<double, 3>{std::abs(d.x), std::abs(d.y), std::abs(d.z)};
   };
-  std::array<double, 3> most{}, step{HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  std::array<double, 3> max_steps{}, step{HUGE_VAL, HUGE_VAL, HUGE_VAL};
   for (const std::uint32_t e : edges) {
-    for (std::size_t k = 0; k < 3; ++k) most[k] = std::max(most[k], along(e)[k]);
+    for (std::size_t k = 0; k < 3; ++k) max_steps[k] = std::max(max_steps[k], along(e)[k]);
   }
   for (const std::uint32_t e : edges) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (along(e)[k] > most[k] / (2 * LatticeRule::kMaxEdgeSteps)) {
+      if (along(e)[k] > max_steps[k] / (2 * LatticeRule::kMaxEdgeSteps)) {
         step[k] = std::min(step[k], along(e)[k]);
       }
     }
@@ -263,11 +264,11 @@ bool CreaseFinder::classify_by_splits(std::span<const std::uint32_t> edges) {
     return angles[static_cast<std::size_t>(at)];
   };
   const double median = quantile(split_angles, 0.5), low = quantile(split_angles, 0.1);
-  const double others = quantile(shared_angles, 0.9);
-  const bool has_steep_edges =
-      median >= SplitRule::kMinMedianAngle && median >= SplitRule::kMinSplitAngleRatio * others;
-  const bool has_shallow_edges =
-      low >= SplitRule::kMinLowQuantileAngle && low >= SplitRule::kMinSplitAngleRatio * others;
+  const double shared_quantile = quantile(shared_angles, 0.9);
+  const bool has_steep_edges = median >= SplitRule::kMinMedianAngle &&
+                               median >= SplitRule::kMinSplitAngleRatio * shared_quantile;
+  const bool has_shallow_edges = low >= SplitRule::kMinLowQuantileAngle &&
+                                 low >= SplitRule::kMinSplitAngleRatio * shared_quantile;
   if (!has_steep_edges && !has_shallow_edges) return false;
   for (const std::uint32_t e : edges) {
     creases_.hard[e] = edge(e).split && edge(e).degrees >= SplitRule::kMinSplitAngle;
@@ -280,18 +281,20 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
   constexpr double kNoHardEdgeDegrees = 180;
   const Histogram angles = histogram(edges);
   // For each bin, the weight of this bin and all higher ones
-  std::array<double, GapRule::kBins + 1> above{};
-  for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + angles.weight[i];
-  if (!(above[GapRule::kFirstBin] > 0)) return kNoHardEdgeDegrees;
+  std::array<double, GapRule::kBins + 1> weight_above{};
+  for (std::size_t i = GapRule::kBins; i-- > 0;)
+    weight_above[i] = weight_above[i + 1] + angles.weight[i];
+  if (!(weight_above[GapRule::kFirstBin] > 0)) return kNoHardEdgeDegrees;
   std::size_t from = 0, to = 0;
   double widest_ratio = 0;
   for (std::size_t a = GapRule::kFirstBin; a < GapRule::kRightAngle; ++a) {
     for (std::size_t b = a + 1; b < GapRule::kBins; ++b) {
       // The bins between a and b form the gap. If there are no edges above a, a virtual edge of 90 degrees is its upper
       // end.
-      const bool is_virtual = b == GapRule::kRightAngle && !(above[a + 1] > 0);
+      const bool is_virtual = b == GapRule::kRightAngle && !(weight_above[a + 1] > 0);
       if (!is_virtual && !(angles.weight[b] > 0)) continue;
-      if (above[a + 1] - above[b] > GapRule::kMaxGapWeight * above[b]) continue;
+      if (weight_above[a + 1] - weight_above[b] > GapRule::kMaxGapWeight * weight_above[b])
+        continue;
       const double ratio =
           static_cast<double>(std::min(b, GapRule::kRightAngle)) / static_cast<double>(a);
       if (ratio > widest_ratio) std::tie(widest_ratio, from, to) = std::tuple(ratio, a, b);
@@ -299,27 +302,27 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
   }
   if (is_lattice(edges, angles)) return kNoHardEdgeDegrees;
   if (widest_ratio >= GapRule::kMinGapRatio) {
-    if (above[to] <= GapRule::kMinWeightAbove * angles.total) return kNoHardEdgeDegrees;
+    if (weight_above[to] <= GapRule::kMinWeightAbove * angles.total) return kNoHardEdgeDegrees;
     const double cut = std::sqrt(static_cast<double>(from) *
                                  static_cast<double>(std::min(to, GapRule::kRightAngle)));
     // In a small part, such as a fragment of a scan, a gap may occur by chance.
-    const double weak =
-        angles.total - angles.plane_weight - above[static_cast<std::size_t>(std::ceil(cut))];
+    const double weak_weight =
+        angles.total - angles.plane_weight - weight_above[static_cast<std::size_t>(std::ceil(cut))];
     if (edges.size() < GapRule::kMinEdgesWithoutPlanes &&
         angles.plane_weight < GapRule::kMinPlaneShareOfSmall * angles.total &&
-        weak > GapRule::kMaxWeakShareOfSmall * angles.total) {
+        weak_weight > GapRule::kMaxWeakShareOfSmall * angles.total) {
       return kNoHardEdgeDegrees;
     }
     if (line_share_from(edges, cut) >= GapRule::kMinLineShare) return cut;
   }
   if (angles.plane_weight < PlaneRule::kMinPlaneShare * angles.total) return kNoHardEdgeDegrees;
   std::size_t emptiest_bin = PlaneRule::kFirstBin;
-  const auto around = [&](std::size_t at) {
+  const auto weight_around = [&](std::size_t at) {
     return std::accumulate(&angles.weight[at - 2], &angles.weight[at + 3], 0.0) *
            static_cast<double>(at);
   };
   for (std::size_t at = PlaneRule::kFirstBin; at <= PlaneRule::kLastBin; ++at) {
-    if (around(at) < around(emptiest_bin)) emptiest_bin = at;
+    if (weight_around(at) < weight_around(emptiest_bin)) emptiest_bin = at;
   }
   const auto cut = static_cast<double>(emptiest_bin);
   return line_share_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kNoHardEdgeDegrees;
@@ -351,7 +354,7 @@ void CreaseFinder::classify_parts() {
 }
 
 template <typename IsHard>
-void CreaseFinder::cut(const IsHard& is_hard) {
+void CreaseFinder::make_hard(const IsHard& is_hard) {
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     if (faces_.edges[e].inner || !is_hard(faces_.edges[e])) continue;
     creases_.hard[e] = true;
@@ -383,11 +386,11 @@ void CreaseFinder::find_regions() {
   }
   // A region with many tiny angles may be rounded, although no single edge shows that.
   std::vector<bool> is_bent_region(count);
-  const double least = std::cos(PlanarRegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
+  const double min_cosine = std::cos(PlanarRegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t region = creases_.regions[t];
     if (faces_.areas[t] > 0 &&
-        dot(sums[region], to_double(faces_.normals[t])) < least * length(sums[region])) {
+        dot(sums[region], to_double(faces_.normals[t])) < min_cosine * length(sums[region])) {
       is_bent_region[region] = true;
     }
   }
@@ -437,7 +440,7 @@ void CreaseFinder::correct_edges_between_planes() {
     if (a == b || !(areas_of_regions[a] > 0) || !(areas_of_regions[b] > 0)) continue;
     if (split_in_file_[part_of_[edge.sides[0] / 3]]) continue;
     if (creases_.hard[e] && edge.degrees <= PlanarRegionRule::kMaxRoundShapeAngle) {
-      const auto equal = [&](const PlaneBorder& m) {
+      const auto is_equal = [&](const PlaneBorder& m) {
         return m.convex == edge.convex &&
                std::abs(m.degrees - edge.degrees) < PlanarRegionRule::kAngleTolerance &&
                std::abs(areas_of_regions[m.to] - areas_of_regions[m.from]) <
@@ -445,7 +448,7 @@ void CreaseFinder::correct_edges_between_planes() {
       };
       hard[e] = !(std::abs(areas_of_regions[a] - areas_of_regions[b]) <
                       PlanarRegionRule::kAreaTolerance * areas_of_regions[a] &&
-                  any(a, b, equal) && any(b, a, equal));
+                  any(a, b, is_equal) && any(b, a, is_equal));
     } else if (!creases_.hard[e] && edge.degrees >= PlanarRegionRule::kMinSingleAngle) {
       const auto is_similar = [&](const PlaneBorder& m) {
         return !m.hard && m.convex == edge.convex &&
@@ -488,7 +491,7 @@ Creases find_creases(const Mesh& mesh, const FaceEdges& faces) {
 Creases creases_from(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   CreaseFinder rule(mesh, faces);
   rule.group_edges_by_part();
-  rule.cut([&](const FaceEdge& edge) { return edge.degrees >= degrees; });
+  rule.make_hard([&](const FaceEdge& edge) { return edge.degrees >= degrees; });
   rule.find_regions();
   return rule.take_result();
 }
@@ -497,7 +500,7 @@ Creases creases_between(const Mesh& mesh, const FaceEdges& faces,
                         std::span<const std::uint32_t> masks) {
   CreaseFinder rule(mesh, faces);
   rule.group_edges_by_part();
-  rule.cut([&](const FaceEdge& edge) {
+  rule.make_hard([&](const FaceEdge& edge) {
     return (masks[edge.sides[0] / 3] & masks[edge.sides[1] / 3]) == 0;
   });
   return rule.take_result();

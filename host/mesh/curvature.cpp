@@ -65,10 +65,10 @@ template <typename Body>
 void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                     std::span<const std::uint8_t> is_usable,
                     std::span<std::uint32_t> next_around_edge, const Body& body) {
-  const std::vector<std::uint32_t> place = weld_vertices(positions);
+  const std::vector<std::uint32_t> welded = weld_vertices(positions);
   const Adjacency corners =
       Adjacency::make(positions.size(), triangles.size() * 3, [&](std::size_t i) {
-        return is_usable[i / 3] != 0 ? std::size_t{place[triangles[i / 3][i % 3]]}
+        return is_usable[i / 3] != 0 ? std::size_t{welded[triangles[i / 3][i % 3]]}
                                      : positions.size();
       });
   struct Side {
@@ -87,8 +87,8 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
         const Triangle& t = triangles[corner / 3];
         const std::uint32_t k = corner % 3;
         const std::uint32_t previous = corner - k + (k + 2) % 3;
-        triangle_sides.push_back({place[t[(k + 1) % 3]], 0, corner});
-        triangle_sides.push_back({place[t[(k + 2) % 3]], 1, previous});
+        triangle_sides.push_back({welded[t[(k + 1) % 3]], 0, corner});
+        triangle_sides.push_back({welded[t[(k + 2) % 3]], 1, previous});
       }
       std::sort(triangle_sides.begin(), triangle_sides.end());
       for (std::size_t i = 0; i < triangle_sides.size();) {
@@ -110,10 +110,10 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
           const std::uint32_t a = triangle_sides[i].corner, b = triangle_sides[i + 1].corner;
           const Vec3d n = area_normal(positions, triangles[a / 3]);
           const Vec3d m = area_normal(positions, triangles[b / 3]);
-          const double whole = length(edge_direction);
+          const double edge_length = length(edge_direction);
           body(v, EdgeJoint{{a, b},
-                            whole,
-                            {length(n) / whole, length(m) / whole},
+                            edge_length,
+                            {length(n) / edge_length, length(m) / edge_length},
                             angle_between(n, m, edge_direction)});
         }
         i = next;
@@ -153,9 +153,9 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
                    sums[vertex].size += weight * std::min(joint.height[0], joint.height[1]);
                  });
   FacetSums all;
-  for (const FacetSums& some : sums) {
-    all.weight += some.weight;
-    all.size += some.size;
+  for (const FacetSums& chunk_sums : sums) {
+    all.weight += chunk_sums.weight;
+    all.size += chunk_sums.size;
   }
   return all.weight > 0 ? all.size / all.weight : 0;
 }
@@ -233,11 +233,11 @@ double MeanCurvature::curvature_on_sheet(const Vec3d& point, std::uint32_t trian
 
 /// Thread-safe without a lock: threads that compute the value of a vertex at the same time get the same value.
 double MeanCurvature::curvature_at_vertex(std::uint32_t vertex, Scratch& scratch) const {
-  std::atomic<double>& kept = vertex_curvatures_[vertex];
-  double curvature = kept.load(std::memory_order_relaxed);
+  std::atomic<double>& cached = vertex_curvatures_[vertex];
+  double curvature = cached.load(std::memory_order_relaxed);
   if (std::isnan(curvature)) {
     curvature = curvature_on_sheet(to_double(positions_[vertex]), first_triangle_[vertex], scratch);
-    kept.store(curvature, std::memory_order_relaxed);
+    cached.store(curvature, std::memory_order_relaxed);
   }
   return curvature;
 }

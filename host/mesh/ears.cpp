@@ -182,7 +182,7 @@ class Ears {
     const std::uint32_t previous = before_[tip], next = next_[tip];
     const Point &a = flat_[previous], &b = flat_[tip], &c = flat_[next];
     std::uint32_t blocking_corner = kNoCorner;
-    const auto lies_in = [&](std::uint32_t i) {
+    const auto blocks_ear = [&](std::uint32_t i) {
       const Point& p = flat_[i];
       if (corner_version_[i] == kNoCorner || p == a || p == b || p == c) return false;
       if (twice_area(a, b, p) < 0 || twice_area(b, c, p) < 0 || twice_area(c, a, p) < 0) {
@@ -194,10 +194,10 @@ class Ears {
     if (grid_.empty()) {
       for (std::uint32_t i = next_[next]; i != previous && tests_left_ != 0;
            i = next_[i], --tests_left_) {
-        if (lies_in(i)) break;
+        if (blocks_ear(i)) break;
       }
     } else {
-      grid_.visit_corners({a, b, c}, tests_left_, lies_in);
+      grid_.visit_corners({a, b, c}, tests_left_, blocks_ear);
     }
     if (blocking_corner == kNoCorner) return tests_left_ != 0;
     blocked_corners_.push_back({tip, corner_version_[tip], last_blocked_[blocking_corner]});
@@ -339,11 +339,11 @@ void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) 
   // For each side of a triangle, the side of the adjacent triangle at the same edge
   std::vector<std::uint32_t> side_across(3 * triangles.size(), kNoCorner);
   for (std::size_t i = 1; i < triangle_sides.size(); ++i) {
-    const auto& [a, b, one] = triangle_sides[i - 1];
+    const auto& [a, b, first_new] = triangle_sides[i - 1];
     const auto& [c, d, other] = triangle_sides[i];
     if (a != c || b != d) continue;
-    side_across[one] = other;
-    side_across[other] = one;
+    side_across[first_new] = other;
+    side_across[other] = first_new;
   }
   const auto join = [&](std::uint32_t side, std::uint32_t other) {
     side_across[side] = other;
@@ -364,15 +364,16 @@ void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) 
     };
     const std::uint32_t a = triangles[t][side % 3], b = triangles[t][(side + 1) % 3];
     const std::uint32_t c = triangles[t][after(side, 2) % 3], d = triangles[u][after(other, 2) % 3];
-    const std::array<std::uint32_t, 3> one = {c, a, d}, two = {d, b, c};
-    const double first_angle = smallest_angle(flat, one), second_angle = smallest_angle(flat, two);
+    const std::array<std::uint32_t, 3> first_new = {c, a, d}, second_new = {d, b, c};
+    const double first_angle = smallest_angle(flat, first_new),
+                 second_angle = smallest_angle(flat, second_new);
     if (!(std::min(first_angle, second_angle) > std::min(angles[t], angles[u]) + kSignRounding))
       continue;
     --flips;
     const std::uint32_t ca = side_across[after(side, 2)], bc = side_across[after(side, 1)];
     const std::uint32_t ad = side_across[after(other, 1)], db = side_across[after(other, 2)];
-    triangles[t] = one;
-    triangles[u] = two;
+    triangles[t] = first_new;
+    triangles[u] = second_new;
     angles[t] = first_angle;
     angles[u] = second_angle;
     join(3 * t, ca);

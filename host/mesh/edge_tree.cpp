@@ -90,30 +90,30 @@ void cut(const BendPiece& piece, double radius, double most, std::uint32_t left,
 
 /// Cuts long triangles with random directions, whose boxes nearly every ball would touch. The number of pieces is
 /// limited.
-std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
+std::vector<BendPiece> cut_long_triangles(std::vector<BendPiece> pieces, double radius) {
   Box<Vec3> all;
   for (const BendPiece& piece : pieces) all.join(box_of(piece));
-  const auto with = [&](double most, const auto& body) {
+  const auto cut_to_reach = [&](double most, const auto& body) {
     for (const BendPiece& piece : pieces) cut(piece, radius, most, kMaxHalvings, body);
   };
-  const double room = enlarged_volume(all, radius);
+  const double max_reach = enlarged_volume(all, radius);
   // Cutting pieces that are not much longer than the radius would hardly reduce their reach.
-  const double least = enlarged_volume({{0, 0, 0}, {0, 0, 0}}, radius) * kMinReachFactor;
+  const double min_reach = enlarged_volume({{0, 0, 0}, {0, 0, 0}}, radius) * kMinReachFactor;
   double best = std::numeric_limits<double>::infinity();
-  for (double most = room; most >= least; most /= 2) {
+  for (double most = max_reach; most >= min_reach; most /= 2) {
     double touched_pieces = 0;
     std::size_t count = 0;
-    with(best, [&](const BendPiece& piece) {
-      touched_pieces += enlarged_volume(box_of(piece), radius) / room;
+    cut_to_reach(best, [&](const BendPiece& piece) {
+      touched_pieces += enlarged_volume(box_of(piece), radius) / max_reach;
     });
     if (touched_pieces <= kMaxTouchedPieces) break;
-    with(most, [&](const BendPiece&) { ++count; });
+    cut_to_reach(most, [&](const BendPiece&) { ++count; });
     if (count > kMaxPiecesPerTriangle * pieces.size()) break;
     best = most;
   }
-  if (best > room) return pieces;
+  if (best > max_reach) return pieces;
   std::vector<BendPiece> cut_pieces;
-  with(best, [&](const BendPiece& piece) { cut_pieces.push_back(piece); });
+  cut_to_reach(best, [&](const BendPiece& piece) { cut_pieces.push_back(piece); });
   return cut_pieces;
 }
 
@@ -145,7 +145,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
                       .normal = coarse_normal(
                           cross(to_double(corner[1]) - first, to_double(corner[2]) - first))});
   }
-  pieces = cut_long(std::move(pieces), radius);
+  pieces = cut_long_triangles(std::move(pieces), radius);
   count_ = pieces.size();
   std::vector<PieceCentre> item_order(count_);
   for (std::uint32_t i = 0; i < count_; ++i) {
@@ -156,11 +156,11 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
   while (count_ >> levels_ > kPiecesPerLeaf) ++levels_;
   for (std::uint32_t level = 0; level < levels_; ++level) {
-    for_each_of(level, [&](std::size_t i) { split_node(item_order, level, i); });
+    for_each_node_of(level, [&](std::size_t i) { split_node(item_order, level, i); });
   }
   nodes_.resize((std::size_t{2} << levels_) - 1);
   pieces_.resize(count_);
-  for_each_of(levels_, [&](std::size_t leaf) {
+  for_each_node_of(levels_, [&](std::size_t leaf) {
     const auto begin =
         item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf));
     const auto end =
@@ -174,7 +174,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
     fill_leaf(leaf);
   });
   for (std::uint32_t level = levels_; level-- > 0;) {
-    for_each_of(level, [&](std::size_t i) { join(first_node_of_level(level) + i); });
+    for_each_node_of(level, [&](std::size_t i) { join(first_node_of_level(level) + i); });
   }
 }
 
@@ -287,11 +287,12 @@ void NormalBox::add(const NormalBox& other) {
 }
 
 bool NormalBox::may_be_opposed(const Sheet& sheet) const {
-  const auto least = [](double along, std::int8_t from, std::int8_t to) {
+  const auto min_component = [](double along, std::int8_t from, std::int8_t to) {
     return along * (along > 0 ? from : to);
   };
-  return least(sheet.normal.x, low[0], high[0]) + least(sheet.normal.y, low[1], high[1]) +
-             least(sheet.normal.z, low[2], high[2]) <
+  return min_component(sheet.normal.x, low[0], high[0]) +
+             min_component(sheet.normal.y, low[1], high[1]) +
+             min_component(sheet.normal.z, low[2], high[2]) <
          Sheet::kMaxOpposedCosine * 127;
 }
 
@@ -344,7 +345,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
   BendSums sums;
   bool has_left_out = false;
   std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
-  std::size_t height = 0, leaves = 0;
+  std::size_t height = 0, leaf_count = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
@@ -360,7 +361,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
       stack[height++] = 2 * at + 1;
       continue;
     }
-    if (++leaves > kMaxCutLeaves) return sum_by_leaves(sheet, centre, scratch);
+    if (++leaf_count > kMaxCutLeaves) return sum_by_leaves(sheet, centre, scratch);
     const BendSums counted =
         sum_leaf(at - first_node_of_level(levels_), sheet, centre, has_left_out);
     sums += counted;
@@ -434,7 +435,7 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   scratch.sums.resize(std::max(scratch.sums.size(), count + 1));
   scratch.cut_pieces.resize(scratch.sums.size());
   scratch.cut_sums.resize(scratch.sums.size());
-  std::size_t reached = 0, cut = 0;
+  std::size_t reached_count = 0, cut_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const BoundingSphere& sphere = cell.spheres[i];
     const BendPiece& piece = cell.pieces[i];
@@ -443,15 +444,15 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
     // Computed without branches, since the processor would often predict them wrongly.
     const bool is_reached = bool(squared < sphere.squared_reach) & belongs(piece);
     const bool is_cut = is_reached & !(squared < sphere.squared_inside_distance);
-    scratch.sums[reached] = {piece.area, piece.bend};
-    scratch.cut_pieces[cut] = &piece;
-    scratch.cut_sums[cut] = static_cast<std::uint32_t>(reached);
-    reached += is_reached ? 1 : 0;
-    cut += is_cut ? 1 : 0;
+    scratch.sums[reached_count] = {piece.area, piece.bend};
+    scratch.cut_pieces[cut_count] = &piece;
+    scratch.cut_sums[cut_count] = static_cast<std::uint32_t>(reached_count);
+    reached_count += is_reached ? 1 : 0;
+    cut_count += is_cut ? 1 : 0;
   }
   BallBatch batch;
-  for (std::size_t first = 0; first < cut; first += BallBatch::kLanes) {
-    const std::size_t lanes = std::min(BallBatch::kLanes, cut - first);
+  for (std::size_t first = 0; first < cut_count; first += BallBatch::kLanes) {
+    const std::size_t lanes = std::min(BallBatch::kLanes, cut_count - first);
     for (std::size_t i = 0; i < lanes; ++i) {
       const BendPiece& piece = *scratch.cut_pieces[first + i];
       for (std::size_t k = 0; k < 3; ++k) {
@@ -470,7 +471,7 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
     }
   }
   BendSums sums;
-  for (std::size_t i = 0; i < reached; ++i) sums += scratch.sums[i];
+  for (std::size_t i = 0; i < reached_count; ++i) sums += scratch.sums[i];
   scratch.steps += count;
   return sums;
 }
@@ -482,7 +483,7 @@ bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, 
                             BendSums& sums) const {
   sums = {};
   std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
-  std::size_t height = 0, cuts = 0, leaves = 0;
+  std::size_t height = 0, cut_count = 0, leaf_count = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     ++scratch.steps;
@@ -497,10 +498,10 @@ bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, 
          ++i) {
       bool is_cut_by_ball = false;
       sums += clipped(pieces_[i], centre, is_cut_by_ball);
-      cuts += is_cut_by_ball ? 1 : 0;
+      cut_count += is_cut_by_ball ? 1 : 0;
       ++scratch.steps;
     }
-    if (cuts > kMaxCutPieces || ++leaves > kMaxCutLeaves) return false;
+    if (cut_count > kMaxCutPieces || ++leaf_count > kMaxCutLeaves) return false;
   }
   return true;
 }
@@ -543,7 +544,7 @@ BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
   return sums;
 }
 
-/// Adds a box without opening it, if that is possible.
+/// Adds the sums of a box without opening it, if that is possible.
 /// \returns true if the box needs no further processing
 bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coarse,
                                 BendSums& sums) const {
@@ -563,10 +564,10 @@ bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coar
 }
 
 template <typename Body>
-void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
+void EdgeTree::for_each_node_of(std::uint32_t level, const Body& body) const {
   // Each task has several thousand triangles, to outweigh the cost of threads.
-  const std::size_t grain = 1 + (std::size_t{1} << 13) / (1 + (count_ >> level));
-  parallel_for(std::size_t{1} << level, grain, [&](std::size_t begin, std::size_t end) {
+  const std::size_t nodes_per_task = 1 + (std::size_t{1} << 13) / (1 + (count_ >> level));
+  parallel_for(std::size_t{1} << level, nodes_per_task, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) body(i);
   });
 }

@@ -137,7 +137,7 @@ class EdgeTree {
     /// True if `pieces` lists all candidates; if false, searches start at `boxes`
     bool lists_all_pieces = false;
     std::vector<BendPiece> pieces;        ///< Candidate pieces, in tree order
-    std::vector<BoundingSphere> spheres;  ///< Their bounding spheres
+    std::vector<BoundingSphere> spheres;  ///< Bounding spheres of `pieces`
     NormalBox normals;                    ///< Bounding box of the candidates' normals
     std::vector<std::size_t> boxes;       ///< Nodes at which searches start, in tree order
   };
@@ -146,7 +146,7 @@ class EdgeTree {
     std::vector<Cell> cells;
     std::vector<BendSums> sums;                ///< Sums of each piece in a ball, in tree order
     std::vector<const BendPiece*> cut_pieces;  ///< Pieces that the ball's boundary may cross
-    std::vector<std::uint32_t> cut_sums;       ///< Their indices in `sums`
+    std::vector<std::uint32_t> cut_sums;       ///< Indices of `cut_pieces` in `sums`
     /// Nodes of one tree level, and those of the next level
     std::vector<std::size_t> front, next;
     TriangleSet connected;                      ///< Triangles connected with the most recent point
@@ -193,7 +193,7 @@ class EdgeTree {
     return static_cast<std::size_t>(std::uint64_t{count_} * i >> level);
   }
   template <typename Body>
-  void for_each_of(std::uint32_t level, const Body& body) const;
+  void for_each_node_of(std::uint32_t level, const Body& body) const;
   void split_node(std::vector<PieceCentre>& order, std::uint32_t level, std::size_t i) const;
   void fill_leaf(std::size_t leaf);
   void join(std::size_t at);

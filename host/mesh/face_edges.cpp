@@ -21,7 +21,7 @@ constexpr std::size_t kVerticesPerEdgeTask = 1 << 12;
 /// A triangle's side, identified by its two vertices.
 struct EdgeSide {
   std::uint32_t high = 0;        ///< Higher vertex of the edge
-  std::uint32_t at = 0;          ///< 3 * triangle + corner
+  std::uint32_t at = 0;          ///< Corner at which the side starts, as 3 * triangle + corner
   bool starts_at_lower = false;  ///< True if the side starts at the lower vertex
 };
 
@@ -92,10 +92,10 @@ class EdgeFinder {
                      [](const FaceEdge& a, const FaceEdge& b) { return a.degrees < b.degrees; });
     std::vector<std::uint32_t> used;
     for (const FaceEdge& edge : all) {
-      const auto taken = [&](std::uint32_t side) {
+      const auto is_taken = [&](std::uint32_t side) {
         return std::find(used.begin(), used.end(), side) != used.end();
       };
-      if (taken(edge.sides[0]) || taken(edge.sides[1])) continue;
+      if (is_taken(edge.sides[0]) || is_taken(edge.sides[1])) continue;
       used.insert(used.end(), edge.sides.begin(), edge.sides.end());
       edges.push_back(edge);
     }
@@ -109,8 +109,9 @@ class EdgeFinder {
 
 namespace {
 
-/// False if certainly no edge has an angle of `degrees` or more. At such an edge, the normal of one of the two faces
-/// deviates from any given direction, such as the mean of all normals, by at least half of the angle.
+/// True if an edge may have an angle of `degrees` or more; false if certainly none has. At such an edge, the normal of
+/// one of the two faces deviates from any given direction, such as the mean of all normals, by at least half of the
+/// angle.
 bool may_have_angle(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::vector<Vec3> sums(mesh.positions.size());
   for_each_polling(mesh.triangles.size(), [&](std::size_t t) {
@@ -121,7 +122,7 @@ bool may_have_angle(const Mesh& mesh, const FaceEdges& faces, double degrees) {
     }
   });
   // 1e-5 is a margin for rounding.
-  const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;
+  const double min_cosine = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;
   std::atomic<bool> has_angle = false;
   parallel_for(mesh.triangles.size(), kTrianglesPerEdgeTask,
                [&](std::size_t begin, std::size_t end) {
@@ -130,7 +131,8 @@ bool may_have_angle(const Mesh& mesh, const FaceEdges& faces, double degrees) {
                    if (faces.normals[t] == Vec3{}) continue;
                    for (const std::uint32_t v : mesh.triangles[t]) {
                      const Vec3d sum = to_double(sums[faces.welded[v]]);
-                     if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) has_angle = true;
+                     if (dot(n, sum) < min_cosine * length(sum) || !(length(sum) > 0))
+                       has_angle = true;
                    }
                  }
                });
@@ -193,8 +195,9 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   parallel_for(pieces, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<EdgeSide> sides;
     for (std::size_t piece = begin; piece < end; ++piece) {
-      const std::size_t stop = std::min((piece + 1) * kVerticesPerEdgeTask, mesh.positions.size());
-      for (std::size_t v = piece * kVerticesPerEdgeTask; v < stop; ++v) {
+      const std::size_t end_vertex =
+          std::min((piece + 1) * kVerticesPerEdgeTask, mesh.positions.size());
+      for (std::size_t v = piece * kVerticesPerEdgeTask; v < end_vertex; ++v) {
         sides.clear();
         for (const std::uint32_t side : by_vertex.of(v)) {
           const auto [a, b] = ends(side);

@@ -109,9 +109,9 @@ Vec3d FanNormals::normal_sum_of(std::span<const std::uint32_t> fan) const {
 }
 
 bool FanNormals::is_tip(std::span<const std::uint32_t> fan, const Vec3d& normal) const {
-  const double least = fan.size() < kMinTipFaces ? kMaxSharpTipCosine : kMaxTipCosine;
+  const double min_cosine = fan.size() < kMinTipFaces ? kMaxSharpTipCosine : kMaxTipCosine;
   return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t corner) {
-    return weights_[corner / 3].angles[corner % 3] > 0 && dot(face(corner), normal) < least;
+    return weights_[corner / 3].angles[corner % 3] > 0 && dot(face(corner), normal) < min_cosine;
   });
 }
 
@@ -120,26 +120,26 @@ void FanNormals::set_normals(const std::vector<bool>& triangles, Mesh& mesh) con
   for (std::size_t fan = 0; fan + 1 < all.first.size(); ++fan) {
     const std::span<const std::uint32_t> corners = all.of(fan);
     const Vec3d normal = unit_of_sum(normal_sum_of(corners));
-    const bool tip = creases_.hard_part[corners[0] / 3] && is_tip(corners, normal);
-    const auto shared = static_cast<std::uint32_t>(mesh.normals.size());
-    if (!tip) mesh.normals.push_back(to_float(normal));
+    const bool has_sharp_tip = creases_.hard_part[corners[0] / 3] && is_tip(corners, normal);
+    const auto shared_index = static_cast<std::uint32_t>(mesh.normals.size());
+    if (!has_sharp_tip) mesh.normals.push_back(to_float(normal));
     for (const std::uint32_t corner : corners) {
       std::uint32_t& index = mesh.normal_triangles[corner / 3][corner % 3];
-      index = shared;
-      if (!tip) continue;
+      index = shared_index;
+      if (!has_sharp_tip) continue;
       index = static_cast<std::uint32_t>(mesh.normals.size());
       mesh.normals.push_back(to_float(face(corner)));
     }
   }
   // A corner gets the normal of its face if the sum of normals cancels out, or if its triangle is degenerate.
-  const auto zero = static_cast<std::uint32_t>(mesh.normals.size());
+  const auto face_normal_index = static_cast<std::uint32_t>(mesh.normals.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!triangles[t]) continue;
     for (std::uint32_t& index : mesh.normal_triangles[t]) {
-      if (index < zero && is_usable_normal(mesh.normals[index])) continue;
+      if (index < face_normal_index && is_usable_normal(mesh.normals[index])) continue;
       index = static_cast<std::uint32_t>(mesh.normals.size());
-      const Vec3 own = to_float(weights_[t].normal);
-      mesh.normals.push_back(is_usable_normal(own) ? own : Vec3{0, 0, 1});
+      const Vec3 own_normal = to_float(weights_[t].normal);
+      mesh.normals.push_back(is_usable_normal(own_normal) ? own_normal : Vec3{0, 0, 1});
     }
   }
 }

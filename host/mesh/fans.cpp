@@ -88,25 +88,26 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
       is_removed[sorted_triangles[i].index] = is_removed[sorted_triangles[j].index] = 1;
     }
   }
-  std::size_t kept = 0;
+  std::size_t kept_count = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (!is_removed[t]) triangles[kept++] = triangles[t];
+    if (!is_removed[t]) triangles[kept_count++] = triangles[t];
   }
-  triangles.resize(kept);
+  triangles.resize(kept_count);
 }
 
 std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::size_t vertices) {
   constexpr auto kNone = static_cast<std::uint32_t>(-1);
-  constexpr int kAttempts = 4;
+  constexpr int kMaxPairingAttempts = 4;
   const std::vector<Triangle> old_triangles(triangles.begin(), triangles.end());
   const std::vector<Side> triangle_sides = sorted_sides(old_triangles);
   const auto corner = [](const Side& side, std::uint32_t offset) {
     return side.triangle * 3 + (side.corner + offset) % 3;
   };
-  // Edges whose sides are paired with an offset. An edge is listed once for each unit of its offset
+  // Edges whose forward side i is paired with backward side i + shift instead of i. The shift of an edge is the number
+  // of times it is listed here
   std::vector<std::uint64_t> shifted_edges;
   std::vector<std::uint32_t> original_vertices;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kMaxPairingAttempts; ++attempt) {
     // Disjoint sets of corners: two corners of a vertex are united if their triangles are joined along a side.
     DisjointSets fans(old_triangles.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < triangle_sides.size(); begin = end) {
@@ -116,15 +117,15 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
       }
       const std::size_t pairs = std::min(first_backward_side - begin, end - first_backward_side);
       if (pairs == 0) continue;
-      const auto again =
+      const auto repeats =
           std::equal_range(shifted_edges.begin(), shifted_edges.end(), triangle_sides[begin].key);
-      const auto shift = static_cast<std::size_t>(again.second - again.first);
+      const auto shift = static_cast<std::size_t>(repeats.second - repeats.first);
       for (std::size_t i = 0; i < pairs; ++i) {
-        const Side& ahead = triangle_sides[begin + i];
-        const Side& back =
+        const Side& forward_side = triangle_sides[begin + i];
+        const Side& backward_side =
             triangle_sides[first_backward_side + (i + shift) % (end - first_backward_side)];
-        fans.join(corner(ahead, 0), corner(back, 1));
-        fans.join(corner(ahead, 1), corner(back, 0));
+        fans.join(corner(forward_side, 0), corner(backward_side, 1));
+        fans.join(corner(forward_side, 1), corner(backward_side, 0));
       }
     }
     // The first fan of a vertex keeps the vertex itself.
@@ -145,7 +146,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
       }
       triangles[c / 3][c % 3] = fan_vertex[fan];
     }
-    // If a fan contains an edge twice, the edge's sides are paired with another offset.
+    // If a fan contains an edge twice, the next attempt pairs the sides of this edge with a larger shift.
     const std::vector<Side> check = sorted_sides(triangles);
     const std::size_t before = shifted_edges.size();
     const auto original = [&](std::uint64_t v) {

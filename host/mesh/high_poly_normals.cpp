@@ -70,13 +70,13 @@ HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const 
     }
   });
   std::vector<std::uint32_t> touched_entries;
-  std::vector<bool> seen(corners_.normals.size());
+  std::vector<bool> is_listed(corners_.normals.size());
   for (const std::uint32_t first : first_triangles) {
     std::uint32_t t = first;
     do {
       for (const std::uint32_t entry : corners_.triangles[t]) {
-        if (seen[entry]) continue;
-        seen[entry] = true;
+        if (is_listed[entry]) continue;
+        is_listed[entry] = true;
         touched_entries.push_back(entry);
       }
       ++t;

@@ -27,19 +27,19 @@ std::string joined_name(std::span<const Mesh> meshes) {
 class NameTable {
  public:
   NameTable(std::vector<std::uint32_t>& of, std::vector<std::string>& names)
-      : of_(of), names_(names) {}
+      : name_of_triangle_(of), names_(names) {}
 
   /// \param alone  name for all triangles of a mesh that has no names of this kind
   void add(const std::vector<std::uint32_t>& of, const std::vector<std::string>& names,
            std::size_t triangles, const std::string& alone) {
     if (of.empty()) {
-      of_.resize(of_.size() + triangles, number_of_name(alone));
+      name_of_triangle_.resize(name_of_triangle_.size() + triangles, number_of_name(alone));
       return;
     }
     std::vector<std::uint32_t> name_numbers;
     name_numbers.reserve(names.size());
     for (const std::string& name : names) name_numbers.push_back(number_of_name(name));
-    for (const std::uint32_t name : of) of_.push_back(name_numbers[name]);
+    for (const std::uint32_t name : of) name_of_triangle_.push_back(name_numbers[name]);
   }
 
  private:
@@ -49,7 +49,7 @@ class NameTable {
     return entry->second;
   }
 
-  std::vector<std::uint32_t>& of_;
+  std::vector<std::uint32_t>& name_of_triangle_;
   std::vector<std::string>& names_;
   std::unordered_map<std::string, std::uint32_t> ids_;
 };

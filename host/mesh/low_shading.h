@@ -12,7 +12,7 @@ namespace kiln {
 /// \param with_uvs  true: triangles without UVs get zeros, since no texel belongs to them; this saves time for texture
 ///   sets
 std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_uvs = false);
-/// The same for the triangles in LowSurface::with_uvs only, in their order.
+/// Variant of low_shading() for the triangles in LowSurface::with_uvs only, in their order.
 std::vector<kiln_low_shading> shading_with_uvs(const LowSurface& surface);
 
 }  // namespace kiln

@@ -62,9 +62,9 @@ constexpr double kMaxSuspectFlux = -0.02;
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
 struct SidePart {
-  // Doubled area: of all triangles, and of those with opposed normals
+  // Doubled areas of all triangles, and of those with opposed normals
   double area = 0, opposed_area = 0;
-  std::array<double, kMirrorSigns.size()> off{};
+  std::array<double, kMirrorSigns.size()> mirror_errors{};
   double flux = 0, max_flux = 0;
   Vec3d centre{};
   Box<Vec3d> box;
@@ -101,8 +101,8 @@ SideFace face_of(const Mesh& mesh, std::size_t t) {
   return face;
 }
 
-/// Mean, over a triangle's corners, of the cosine between the corner's normal (with mirrored signs) and the face, or
-/// the smooth normal if that is nearer.
+/// Mean, over a triangle's corners, of the cosine between the corner's normal (with mirrored signs) and the face's
+/// normal, or the smooth normal if that is nearer.
 double mean_normal_cosine(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t t,
                           const Vec3d& face, const AxisSigns& signs) {
   double sum = 0;
@@ -186,12 +186,12 @@ bool has_usual_normals(const Mesh& mesh) {
       sums[begin / kTrianglesPerTask].second += face.area * (1 - cosine);
     }
   });
-  double area = 0, off = 0;
+  double area = 0, error_area = 0;
   for (const auto& [a, o] : sums) {
     area += a;
-    off += o;
+    error_area += o;
   }
-  return !has_opposed && !(off > kMaxUsualError * area);
+  return !has_opposed && !(error_area > kMaxUsualError * area);
 }
 
 /// What is wrong with a part.
@@ -235,7 +235,7 @@ class FaultFinder {
       SidePart& part = parts_.list[parts_.of[t]];
       for (std::size_t m = 0; m < kMirrorSigns.size(); ++m) {
         const double cosine = mean_normal_cosine(mesh, smooth, t, face.normal, kMirrorSigns[m]);
-        part.off[m] += face.area * (1 - cosine) / part.area;
+        part.mirror_errors[m] += face.area * (1 - cosine) / part.area;
         if (m == kUnchanged && cosine < kMaxOpposedCosine) part.opposed_area += face.area;
       }
     }
@@ -248,7 +248,8 @@ class FaultFinder {
       open += part.area;
       const std::size_t mirrors =
           part.triangles < kMinMirrorTriangles ? kNegated + 1 : kMirrorSigns.size();
-      if (*std::min_element(part.off.begin(), part.off.begin() + mirrors) > kMinForeignError) {
+      if (*std::min_element(part.mirror_errors.begin(), part.mirror_errors.begin() + mirrors) >
+          kMinForeignError) {
         foreign_area += part.area;
       }
     }
@@ -257,23 +258,24 @@ class FaultFinder {
 
   static std::size_t mirror_of(const SidePart& part) {
     if (!part.has_area()) return kUnchanged;
-    if (part.opposed_area >= kMinOpposedShare * part.area && part.off[kNegated] < kMaxNegatedError)
+    if (part.opposed_area >= kMinOpposedShare * part.area &&
+        part.mirror_errors[kNegated] < kMaxNegatedError)
       return kNegated;
     if (part.open && part.triangles < kMinMirrorTriangles) return kUnchanged;
-    const auto best = std::min_element(part.off.begin(), part.off.end());
-    if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.off[kUnchanged]))
+    const auto best = std::min_element(part.mirror_errors.begin(), part.mirror_errors.end());
+    if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.mirror_errors[kUnchanged]))
       return kUnchanged;
     // Several mirrorings may fit flat parts and rods equally well.
-    const auto fits = [&](std::size_t m) { return part.off[m] < *best + 1e-6; };
+    const auto fits = [&](std::size_t m) { return part.mirror_errors[m] < *best + 1e-6; };
     if (fits(kUnchanged)) return kUnchanged;
-    return fits(kNegated) ? kNegated : static_cast<std::size_t>(best - part.off.begin());
+    return fits(kNegated) ? kNegated : static_cast<std::size_t>(best - part.mirror_errors.begin());
   }
 
   void find_faults() {
-    std::vector<std::uint32_t> faulty, faulty_solids;
+    std::vector<std::uint32_t> faulty_parts, faulty_solids;
     for (std::uint32_t p = 0; p < fault_of_part_.size(); ++p) {
       if (fault_of_part_[p].mirror == kUnchanged) continue;
-      faulty.push_back(p);
+      faulty_parts.push_back(p);
       if (parts_.list[p].side() == 0) continue;
       fault_of_part_[p].is_decided = true;
       fault_of_part_[p].has_wrong_faces = parts_.list[p].side() < 0;
@@ -313,7 +315,7 @@ class FaultFinder {
         fault_of_part_[own].is_decided = fault_of_part_[own].has_wrong_faces = true;
       }
     }
-    for (const std::uint32_t p : faulty) {
+    for (const std::uint32_t p : faulty_parts) {
       if (fault_of_part_[p].is_decided) continue;
       fault_of_part_[p].has_wrong_faces = face_error_area != normal_error_area
                                               ? face_error_area > normal_error_area
@@ -344,7 +346,8 @@ class MirroredNormals {
                                  own.z * static_cast<float>(signs[2])});
       }
       n = found->second;
-      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent
+      // So the bitangent does not change
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;
     }
   }
 
@@ -374,7 +377,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const PartFault& fault = fault_finder.fault_of(t);
     const bool is_foreign = fault_finder.has_foreign_part(t);
-    if (is_foreign) ++result.strange;
+    if (is_foreign) ++result.unexplained;
     if ((is_foreign || fault.mirror != kUnchanged) && !first_faulty) first_faulty = t;
     if (fault.mirror == kUnchanged) continue;
     AxisSigns signs = kMirrorSigns[fault.mirror];
@@ -475,8 +478,9 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
 InwardParts inward_parts(const Mesh& mesh) {
   validate(mesh);
   InwardParts result;
-  const bool shared = mesh.positions.size() < mesh.triangles.size();
-  if (!may_face_inwards(mesh, shared ? mesh.triangles : welded_triangles(mesh))) return result;
+  const bool shares_vertices = mesh.positions.size() < mesh.triangles.size();
+  if (!may_face_inwards(mesh, shares_vertices ? mesh.triangles : welded_triangles(mesh)))
+    return result;
   const MeshParts parts = parts_of(mesh);
   std::vector<const SidePart*> inward, outward;
   for (const SidePart& part : parts.list) {

@@ -129,10 +129,10 @@ void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings) {
   std::size_t example_triangle = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Triangle& corners = mesh.normal_triangles[i];
-    const bool lost = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t n) {
+    const bool has_zero_normal = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t n) {
       return !is_usable_normal(mesh.normals[n]);
     });
-    if (!lost || !has_area(mesh.positions, mesh.triangles[i])) continue;
+    if (!has_zero_normal || !has_area(mesh.positions, mesh.triangles[i])) continue;
     if (count++ == 0) example_triangle = i;
   }
   if (count == 0) return;
@@ -217,8 +217,8 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   });
   // Where corner normals cancel out, face normals may still have a direction.
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const bool card = length(face_sums[i]) <= kMinSumRatio * total_weights[i];
-    if (length(sums[i]) <= (card ? kMinAgreement : kMinSumRatio) * total_weights[i])
+    const bool is_card = length(face_sums[i]) <= kMinSumRatio * total_weights[i];
+    if (length(sums[i]) <= (is_card ? kMinAgreement : kMinSumRatio) * total_weights[i])
       sums[i] = face_sums[i];
   }
   std::vector<Vec3> result = normalized_sums(sums, total_weights);

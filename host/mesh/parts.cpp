@@ -53,9 +53,10 @@ std::optional<std::string_view> text_of_first_star(std::string_view text,
 
 /// The name without Blender's copy suffix, such as `.001`, if it has one.
 std::string_view without_copy_number(std::string_view name) {
-  const std::size_t dot = name.find_last_not_of("0123456789");
-  const bool numbered = dot != std::string_view::npos && name[dot] == '.' && name.size() - dot > 3;
-  return numbered ? name.substr(0, dot) : name;
+  const std::size_t dot_position = name.find_last_not_of("0123456789");
+  const bool has_copy_number = dot_position != std::string_view::npos &&
+                               name[dot_position] == '.' && name.size() - dot_position > 3;
+  return has_copy_number ? name.substr(0, dot_position) : name;
 }
 
 enum class PartSide { low, high };
@@ -136,13 +137,15 @@ class PartNamer {
         if (head + tail + longest_middle > name.size()) continue;
         const std::size_t end = name.size() - tail;
         std::string key = name.substr(0, head) + name.substr(end);
-        const std::size_t fixed = key.size();
+        const std::size_t fixed_length = key.size();
         for (std::size_t at = head; at + longest_middle <= (longest_middle == 0 ? head : end);
              ++at) {
-          key.replace(fixed, key.size() - fixed, name, at, longest_middle);
-          const auto with = by_key.find(key);
-          if (with == by_key.end() || !tried_patterns.insert(&with->second).second) continue;
-          for (const auto& [pattern, number] : with->second) {
+          key.replace(fixed_length, key.size() - fixed_length, name, at, longest_middle);
+          const auto patterns_of_key = by_key.find(key);
+          if (patterns_of_key == by_key.end() ||
+              !tried_patterns.insert(&patterns_of_key->second).second)
+            continue;
+          for (const auto& [pattern, number] : patterns_of_key->second) {
             if (pair && *pair <= number) break;
             if (text_of_first_star(name, pattern)) pair = number;
           }
@@ -175,8 +178,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
     std::size_t corner = std::exchange(row[from - 1], from == 1 ? std::min(i, limit) : limit);
     std::size_t smallest_in_row = row[from - 1];
     for (std::size_t j = from; j <= to; ++j) {
-      const std::size_t changed = corner + (a[i - 1] == b[j - 1] ? 0 : 1);
-      corner = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1, limit}));
+      const std::size_t edits = corner + (a[i - 1] == b[j - 1] ? 0 : 1);
+      corner = std::exchange(row[j], std::min({edits, row[j] + 1, row[j - 1] + 1, limit}));
       smallest_in_row = std::min(smallest_in_row, row[j]);
     }
     if (smallest_in_row >= limit) return limit;
@@ -190,9 +193,9 @@ const std::string* most_similar_name(const std::string& name,
   const std::string* nearest_name = nullptr;
   std::size_t smallest_distance = kMaxEdits;
   for (const std::string& other : others) {
-    const std::size_t changed = edit_distance(name, other, smallest_distance);
-    if (changed < smallest_distance)
-      std::tie(smallest_distance, nearest_name) = std::pair(changed, &other);
+    const std::size_t edits = edit_distance(name, other, smallest_distance);
+    if (edits < smallest_distance)
+      std::tie(smallest_distance, nearest_name) = std::pair(edits, &other);
   }
   return nearest_name;
 }
@@ -291,19 +294,19 @@ struct NamedGroups {
 void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& warnings) {
   struct WordUse {
     std::array<std::size_t, 2> groups{};
-    bool both() const { return groups[0] != 0 && groups[1] != 0; }
+    bool are_both_used() const { return groups[0] != 0 && groups[1] != 0; }
     std::size_t all() const { return groups[0] + groups[1]; }
   };
-  std::unordered_map<std::string, WordUse> uses;
+  std::unordered_map<std::string, WordUse> word_uses;
   NamedGroups* const sides[] = {&low, &high};
   for (std::size_t s = 0; s < 2; ++s) {
     for (const std::size_t g : sides[s]->used_groups) {
-      std::unordered_set<std::string> own(sides[s]->parts_of_group_words[g][0].begin(),
-                                          sides[s]->parts_of_group_words[g][0].end());
-      own.insert(sides[s]->parts_of_group_words[g][1].begin(),
-                 sides[s]->parts_of_group_words[g][1].end());
-      own.insert(sides[s]->part_of[g]);
-      for (const std::string& part : own) ++uses[part].groups[s];
+      std::unordered_set<std::string> words_of_side(sides[s]->parts_of_group_words[g][0].begin(),
+                                                    sides[s]->parts_of_group_words[g][0].end());
+      words_of_side.insert(sides[s]->parts_of_group_words[g][1].begin(),
+                           sides[s]->parts_of_group_words[g][1].end());
+      words_of_side.insert(sides[s]->part_of[g]);
+      for (const std::string& part : words_of_side) ++word_uses[part].groups[s];
     }
   }
   std::uint64_t groups_paired_by_word = 0;
@@ -311,12 +314,12 @@ void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& wa
   for (NamedGroups* const side : sides) {
     for (std::size_t i = 0; i < side->used.size(); ++i) {
       const std::size_t g = side->used_groups[i];
-      if (uses[side->part_of[g]].both()) continue;
+      if (word_uses[side->part_of[g]].are_both_used()) continue;
       const std::string* best = nullptr;
       for (const std::vector<std::string>& parts_of_group_words : side->parts_of_group_words[g]) {
         for (const std::string& word : parts_of_group_words) {
-          if (!uses[word].both()) continue;
-          const auto rank = [&](const std::string& w) { return std::pair(uses[w].all(), w); };
+          if (!word_uses[word].are_both_used()) continue;
+          const auto rank = [&](const std::string& w) { return std::pair(word_uses[w].all(), w); };
           if (best == nullptr || rank(word) < rank(*best)) best = &word;
         }
         if (best == nullptr) continue;
@@ -404,7 +407,7 @@ Message suggest_name_patterns(const PartNames& names, const NamedGroups& low,
   for (const auto& [patterns, count] : pattern_votes) pattern_guesses.emplace_back(count, patterns);
   std::sort(pattern_guesses.rbegin(), pattern_guesses.rend());
   if (pattern_guesses.size() > kMaxPatternGuesses) pattern_guesses.resize(kMaxPatternGuesses);
-  // Of patterns that fit equally many pairs, the most specific one is chosen.
+  // If several patterns fit equally many pairs, the most specific one is chosen.
   std::tuple<std::size_t, std::size_t, PatternPair> best;
   for (const auto& [count, patterns] : pattern_guesses) {
     const std::size_t pair_count = count_pairs_by({{patterns.low}, {patterns.high}}, low, high);
@@ -504,7 +507,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     part = parts.count++;
     parts.names.push_back(name);
   }
-  bool rest = false;
+  bool has_unpaired = false;
   const auto number = [&](const NamedGroups& groups) {
     const auto none = static_cast<std::uint32_t>(pairs.size());
     std::vector<std::uint32_t> part_of;
@@ -516,13 +519,13 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     result.reserve(groups.of->size());
     for (const std::uint32_t group : *groups.of) {
       result.push_back(part_of[group]);
-      rest = rest || part_of[group] == none;
+      has_unpaired = has_unpaired || part_of[group] == none;
     }
     return result;
   };
   parts.low = number(part_of_low_name);
   parts.high = number(part_of_high_name);
-  if (rest) {
+  if (has_unpaired) {
     ++parts.count;
     parts.names.emplace_back();
   }

@@ -47,17 +47,18 @@ bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
   }
   // Twice the area vector of the quad, which does not depend on the cut.
   const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);
-  const double whole = dot(normal, normal);
-  const auto least = [&](std::size_t first) {
+  const double squared_area = dot(normal, normal);
+  const auto smaller_area = [&](std::size_t first) {
     const Vec3d &a = at[first], &b = at[first + 1], &c = at[first + 2], &d = at[(first + 3) % 4];
     return std::min(dot(cross(b - a, c - a), normal), dot(cross(c - a, d - a), normal));
   };
-  const double along_0_2 = least(0), along_1_3 = least(1), needle = kMinNeedleShare * whole;
+  const double along_0_2 = smaller_area(0), along_1_3 = smaller_area(1),
+               needle = kMinNeedleShare * squared_area;
   if (along_0_2 > needle) return true;
   if (along_1_3 > needle || along_1_3 > along_0_2 + needle) {
     triangles.assign({{1, 2, 3}, {0, 1, 3}});
   }
-  return whole > 0 && std::max(along_0_2, along_1_3) >= -needle;
+  return squared_area > 0 && std::max(along_0_2, along_1_3) >= -needle;
 }
 
 }  // namespace

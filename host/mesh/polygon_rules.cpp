@@ -66,10 +66,10 @@ class Polyfill {
 
   /// \returns false if a corner that is not an ear had to be cut
   bool run(Triples& triangles) {
-    bool cut_only_ears = true, back = false;
+    bool cut_only_ears = true, reverses = false;
     std::uint32_t from = 0;
     while (count_ > 3) {
-      const std::uint32_t ear = find(from, back, cut_only_ears);
+      const std::uint32_t ear = find(from, reverses, cut_only_ears);
       const std::uint32_t previous = before_[ear], next = next_[ear];
       if (turn_signs_[ear] != 1) --not_convex_;
       triangles.push_back({previous, ear, next});
@@ -82,10 +82,10 @@ class Polyfill {
         turn_signs_[beside] = turn(before_[beside], beside, next_[beside]);
         if (turn_signs_[beside] == 1) --not_convex_;
       }
-      from = back ? before_[previous] : next_[next];
+      from = reverses ? before_[previous] : next_[next];
       if (turn_signs_[from] != 1) {
-        from = back ? before_[from] : next_[from];
-        back = !back;
+        from = reverses ? before_[from] : next_[from];
+        reverses = !reverses;
       }
     }
     triangles.push_back({first_, next_[first_], next_[next_[first_]]});
@@ -96,8 +96,8 @@ class Polyfill {
   /// Direction in which the polygon turns at corner b: 1 if left (convex), -1 if right, 0 if straight.
   int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     const auto &p = points_[a], &q = points_[b], &r = points_[c];
-    const float twice = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
-    return twice > 0 ? 1 : twice < 0 ? -1 : 0;
+    const float doubled_area = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
+    return doubled_area > 0 ? 1 : doubled_area < 0 ? -1 : 0;
   }
 
   bool is_ear(std::uint32_t tip, int wanted) const {

@@ -29,7 +29,7 @@ struct Quadric {
   /// Value of the sum at a point; at least 0.
   double at(const Vec3d& p) const;
   /// Root-mean-square distance of a point to the planes, times `area`.
-  double off(const Vec3d& p) const;
+  double weighted_distance(const Vec3d& p) const;
   /// Half of the sum's gradient at a point.
   Vec3d slope(const Vec3d& p) const;
   /// Position of the minimum near the edge from a to b. A weak attraction to the middle of the edge determines the
@@ -55,7 +55,7 @@ inline double Quadric::at(const Vec3d& p) const {
   return std::max(value, 0.0);
 }
 
-inline double Quadric::off(const Vec3d& p) const { return std::sqrt(at(p) * area); }
+inline double Quadric::weighted_distance(const Vec3d& p) const { return std::sqrt(at(p) * area); }
 
 inline Vec3d Quadric::slope(const Vec3d& p) const {
   return {xx * p.x + xy * p.y + xz * p.z + x, xy * p.x + yy * p.y + yz * p.z + y,

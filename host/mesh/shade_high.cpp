@@ -24,9 +24,10 @@ constexpr double kMinBentShare = 0.1;
 /// Gives each polygon its own normal.
 void set_flat_normals(const FaceEdges& faces, Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const bool same = t > 0 && !mesh.polygons.empty() && mesh.polygons[t] == mesh.polygons[t - 1] &&
-                      faces.normals[t] == mesh.normals.back();
-    if (!same) {
+    const bool is_same_polygon = t > 0 && !mesh.polygons.empty() &&
+                                 mesh.polygons[t] == mesh.polygons[t - 1] &&
+                                 faces.normals[t] == mesh.normals.back();
+    if (!is_same_polygon) {
       mesh.normals.push_back(is_usable_normal(faces.normals[t]) ? faces.normals[t] : Vec3{0, 0, 1});
     }
     const auto at = static_cast<std::uint32_t>(mesh.normals.size() - 1);
@@ -55,7 +56,7 @@ bool is_bent(const std::vector<Vec3>& normals, const Triangle& corners, const Ve
 /// False if the mesh's normals are close to its faces nearly everywhere. This check takes a twentieth of the time that
 /// finding edges takes.
 bool may_be_bent(const Mesh& mesh) {
-  double bent = 0, all = 0;
+  double bent_area = 0, all = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& at = mesh.triangles[t];
     const Vec3d corner = to_double(mesh.positions[at[0]]);
@@ -65,9 +66,9 @@ bool may_be_bent(const Mesh& mesh) {
     if (!(area > 0) || !std::isfinite(area)) continue;
     all += area;
     if (is_bent(mesh.normals, mesh.normal_triangles[t], to_float(normal * (1 / area))))
-      bent += area;
+      bent_area += area;
   }
-  return bent >= kMinBentShare * all;
+  return bent_area >= kMinBentShare * all;
 }
 
 /// Share of the area of the triangles for which two predicates hold. The second is evaluated only if the first holds.
@@ -127,22 +128,24 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
   validate(mesh);
   ShadingReport report;
   const bool had_normals = !mesh.normal_triangles.empty();
-  const bool kept = options.rule == ShadingRule::automatic || options.rule == ShadingRule::file;
-  if (!kept) {
+  const bool keeps_file_normals =
+      options.rule == ShadingRule::automatic || options.rule == ShadingRule::file;
+  if (!keeps_file_normals) {
     mesh.normals.clear();
     mesh.normal_triangles.clear();
     mesh.tangents.clear();
   }
-  const std::vector<bool> bare = without_normals(mesh);
-  const auto missing = static_cast<std::uint64_t>(std::count(bare.begin(), bare.end(), true));
-  report.given = mesh.triangles.size() - missing;
-  report.missing = missing;
+  const std::vector<bool> lacks_normals = without_normals(mesh);
+  const auto missing_count =
+      static_cast<std::uint64_t>(std::count(lacks_normals.begin(), lacks_normals.end(), true));
+  report.given = mesh.triangles.size() - missing_count;
+  report.missing = missing_count;
   report.chosen = report.given > 0                    ? ShadingRule::file
                   : options.rule == ShadingRule::flat ? ShadingRule::flat
                                                       : ShadingRule::smooth;
-  if (missing == 0 && !may_be_bent(mesh)) return report;
+  if (missing_count == 0 && !may_be_bent(mesh)) return report;
   const FaceEdges faces = FaceEdges::of(
-      mesh, options.rule == ShadingRule::automatic && missing > 0 ? kMinCreaseDegrees : 0);
+      mesh, options.rule == ShadingRule::automatic && missing_count > 0 ? kMinCreaseDegrees : 0);
   if (options.rule == ShadingRule::flat) {
     mesh.normal_triangles.resize(mesh.triangles.size());
     set_flat_normals(faces, mesh);
@@ -150,7 +153,7 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
   }
   const bool needs_edges =
       options.rule == ShadingRule::angle ||
-      (options.rule == ShadingRule::automatic && missing > 0 && !faces.left_out);
+      (options.rule == ShadingRule::automatic && missing_count > 0 && !faces.left_out);
   if (needs_edges) {
     const Creases creases = options.rule == ShadingRule::angle
                                 ? creases_from(mesh, faces, options.angle_degrees)
@@ -167,11 +170,11 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
         report.least_degrees = creases.least_degrees;
       }
       mesh.normal_triangles.resize(mesh.triangles.size());
-      give_fan_normals(faces, creases, bare, mesh);
+      give_fan_normals(faces, creases, lacks_normals, mesh);
     }
   }
   report.bent_planes = share_of_bent_planes(mesh, faces);
-  warn_of_bent_planes(mesh, had_normals && kept && report.given > 0, report);
+  warn_of_bent_planes(mesh, had_normals && keeps_file_normals && report.given > 0, report);
   return report;
 }
 

@@ -27,7 +27,7 @@ struct SeamSide {
 /// Two triangles that have a side in common.
 struct SharedSide {
   SeamSide one, other;
-  bool parts_uvs = false, hard = false;
+  bool splits_uvs = false, hard = false;
 };
 
 struct Surface {
@@ -87,8 +87,8 @@ std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
     }
     SharedSide edge{one, other};
     const std::uint32_t t = one.triangle, u = other.triangle;
-    edge.parts_uvs = !corners_share_uv(mesh, t, one.at_a, u, other.at_a) ||
-                     !corners_share_uv(mesh, t, one.at_b, u, other.at_b);
+    edge.splits_uvs = !corners_share_uv(mesh, t, one.at_a, u, other.at_a) ||
+                      !corners_share_uv(mesh, t, one.at_b, u, other.at_b);
     edge.hard = !same_normal(surface.normal(t, one.at_a), surface.normal(u, other.at_a)) ||
                 !same_normal(surface.normal(t, one.at_b), surface.normal(u, other.at_b));
     shared_sides_found.push_back(edge);
@@ -128,7 +128,7 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
   const std::vector<SharedSide> smooth_seam_sides = shared_sides(mesh, surface);
   const std::vector<bool> flat = find_flat_triangles(mesh, surface, smooth_seam_sides);
   for (const SharedSide& edge : smooth_seam_sides) {
-    if (!edge.parts_uvs) continue;
+    if (!edge.splits_uvs) continue;
     ++result.seams;
     if (edge.hard) continue;
     const double degrees = degrees_between(surface, edge);
@@ -160,7 +160,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   const std::vector<SharedSide> edges = shared_sides(mesh, surface);
   DisjointSets corners(3 * mesh.triangles.size());
   for (const SharedSide& edge : edges) {
-    if (edge.parts_uvs) continue;
+    if (edge.splits_uvs) continue;
     const auto join = [&](std::uint8_t a, std::uint8_t b) {
       if (same_normal(surface.normal(edge.one.triangle, a), surface.normal(edge.other.triangle, b)))
         corners.join(3 * edge.one.triangle + a, 3 * edge.other.triangle + b);
@@ -171,7 +171,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   // 1 for each corner that is joined already
   std::vector<std::uint8_t> is_at_seam(3 * mesh.triangles.size());
   for (const SharedSide& edge : edges) {
-    if (!edge.parts_uvs || edge.hard) continue;
+    if (!edge.splits_uvs || edge.hard) continue;
     for (const SeamSide& side : {edge.one, edge.other}) {
       is_at_seam[corners.find(3 * side.triangle + side.at_a)] = 1;
       is_at_seam[corners.find(3 * side.triangle + side.at_b)] = 1;
@@ -186,26 +186,26 @@ Mesh split_at_seams(const Mesh& mesh) {
       total_angles[all] += surface.weights[t].angles[k];
     }
   }
-  Mesh split = mesh;
-  split.tangents.clear();
-  split.normals = surface.normals.normals;
-  split.normal_triangles = surface.normals.triangles;
+  Mesh result = mesh;
+  result.tangents.clear();
+  result.normals = surface.normals.normals;
+  result.normal_triangles = surface.normals.triangles;
   // For each group of corners, the index of its normal plus 1; 0 if the group has no normal yet
-  std::vector<std::uint32_t> own(sums.size(), 0);
+  std::vector<std::uint32_t> normal_of_group(sums.size(), 0);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t all = corners.find(3 * t + k);
       if (is_at_seam[all] == 0) continue;
       const Vec3 normal = normalized_sum(sums[all], total_angles[all]);
       if (!is_usable_normal(normal)) continue;
-      if (own[all] == 0) {
-        split.normals.push_back(normal);
-        own[all] = static_cast<std::uint32_t>(split.normals.size());
+      if (normal_of_group[all] == 0) {
+        result.normals.push_back(normal);
+        normal_of_group[all] = static_cast<std::uint32_t>(result.normals.size());
       }
-      split.normal_triangles[t][k] = own[all] - 1;
+      result.normal_triangles[t][k] = normal_of_group[all] - 1;
     }
   }
-  return split;
+  return result;
 }
 
 }  // namespace kiln

@@ -16,11 +16,12 @@ namespace {
 /// axis, so normals at edges of this length have errors of about 0.4 / 256 radians = 0.1 degrees.
 constexpr double kMinStepsPerEdge = 256;
 constexpr double kRadiansPerStep = 0.4;
-/// A vertex is an outlier if it is farther from the centre than three quarters of all vertices by this factor:
-/// kOutlierRatio in meshes with coarse steps, kExtremeOutlierRatio in all meshes.
+/// Take the radius around the centre that contains three quarters of all vertices. A vertex is an outlier if its
+/// distance from the centre exceeds this multiple of that radius: kOutlierRatio in meshes with coarse steps,
+/// kExtremeOutlierRatio in all meshes.
 constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
 
-/// Calls take(t) for evenly spaced triangles.
+/// Calls take(t) for evenly spaced triangle indices t.
 template <typename Take>
 void for_sample(std::size_t count, const Take& take) {
   const std::size_t triangle_stride = count / kSampledTriangles + 1;
@@ -104,7 +105,7 @@ double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
                      vertex_distance = std::max(vertex_distance, bulk.distance(mesh, v));
                    }
                    if (vertex_distance > part && mesh.is_usable(t))
-                     // Distance first, so that `is_usable` is called for few triangles
+                     // Tests the distance first, so that `is_usable` is called for few triangles
                      part = vertex_distance;
                  }
                  const std::scoped_lock lock(mutex);
@@ -137,7 +138,7 @@ std::string describe_outliers(const SteppedMesh& mesh, double far) {
 
 FloatGrid::FloatGrid(std::span<const Triangle> triangles,
                      const std::function<Vec3d(std::uint32_t vertex)>& position) {
-  std::array<double, 3> most{};
+  std::array<double, 3> largest{};
   const auto each = [&](const auto& take) {
     for_sample(triangles.size(), [&](std::size_t t) {
       for (const std::uint32_t v : triangles[t]) {
@@ -148,18 +149,18 @@ FloatGrid::FloatGrid(std::span<const Triangle> triangles,
       }
     });
   };
-  each([&](std::size_t k, double x) { most[k] = std::max(most[k], std::abs(x)); });
+  each([&](std::size_t k, double x) { largest[k] = std::max(largest[k], std::abs(x)); });
   // Compares numbers in the largest binade, where rounded values are both even and odd multiples of the step. The
   // tolerance is a share of a step, since text files may hold floats with nine digits.
   constexpr double kStepTolerance = 1.0 / 16;
-  std::array<bool, 3> off{}, even{}, odd{};
+  std::array<bool, 3> is_off_grid{}, has_even{}, has_odd{};
   each([&](std::size_t k, double x) {
-    if (most[k] == 0 || std::ilogb(x) != std::ilogb(most[k])) return;
-    const double steps = std::abs(x) / float_step(most[k]), whole_steps = std::nearbyint(steps);
-    off[k] = off[k] || std::abs(steps - whole_steps) > kStepTolerance;
-    (std::fmod(whole_steps, 2) == 0 ? even : odd)[k] = true;
+    if (largest[k] == 0 || std::ilogb(x) != std::ilogb(largest[k])) return;
+    const double steps = std::abs(x) / float_step(largest[k]), whole_steps = std::nearbyint(steps);
+    is_off_grid[k] = is_off_grid[k] || std::abs(steps - whole_steps) > kStepTolerance;
+    (std::fmod(whole_steps, 2) == 0 ? has_even : has_odd)[k] = true;
   });
-  for (std::size_t k = 0; k < 3; ++k) on_grid_[k] = !off[k] && even[k] && odd[k];
+  for (std::size_t k = 0; k < 3; ++k) on_grid_[k] = !is_off_grid[k] && has_even[k] && has_odd[k];
 }
 
 Step FloatGrid::step(const Vec3d& p) const {
@@ -191,33 +192,34 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
     }
   });
   if (edges.empty()) return {};
-  const EdgeStep coarse = quantile(
+  const EdgeStep coarse_step = quantile(
       edges, 0.75, [](const EdgeStep& a, const EdgeStep& b) { return a.share() < b.share(); });
-  if (!(coarse.share() > 1 / kMinStepsPerEdge)) return {};
+  if (!(coarse_step.share() > 1 / kMinStepsPerEdge)) return {};
   constexpr double kDegreesPerRadian = 57.29577951308232;
   const std::string text = formatted(
       "coordinates near %.7g are %s in steps of %.2g, where edges are %.2g long: normals "
       "are off by about %.2g degrees. ",
-      coarse.at, how, coarse.step.size, coarse.length,
-      kDegreesPerRadian * std::atan(kRadiansPerStep * coarse.share()));
-  const std::string far = describe_outliers(mesh, kOutlierRatio);
-  return text + (!far.empty() ? far
-                              : "Export it in double precision, or moved to the world's origin; or "
-                                "split it into parts.");
+      coarse_step.at, how, coarse_step.step.size, coarse_step.length,
+      kDegreesPerRadian * std::atan(kRadiansPerStep * coarse_step.share()));
+  const std::string outliers = describe_outliers(mesh, kOutlierRatio);
+  return text + (!outliers.empty()
+                     ? outliers
+                     : "Export it in double precision, or moved to the world's origin; or "
+                       "split it into parts.");
 }
 
-std::string stretched_box(const SteppedMesh& mesh) {
+std::string describe_stretched_box(const SteppedMesh& mesh) {
   const std::vector<std::uint32_t> sampled_corners = sample_vertices(mesh);
   if (sampled_corners.empty()) return {};
   const Bulk bulk(mesh, sampled_corners);
   if (bulk.radius == 0) return {};
   const double outlier_ratio = outlier_reach(mesh, bulk);
-  const std::string far =
+  const std::string outliers =
       outlier_ratio > 0 ? describe_outliers(mesh, kExtremeOutlierRatio) : std::string();
-  if (far.empty()) return {};
+  if (outliers.empty()) return {};
   const std::string text =
       formatted("it reaches %.2g times as far as most of its vertices. ", outlier_ratio);
-  return text + far;
+  return text + outliers;
 }
 
 namespace {
@@ -241,24 +243,24 @@ bool reaches_beyond(const Bulk& bulk, const Bounds& all) {
 }  // namespace
 
 bool may_have_outliers(const Mesh& sample, const Bounds& all) {
-  const SteppedMesh own = stored_steps(sample);
-  const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
-  return sampled_corners.empty() || reaches_beyond(Bulk(own, sampled_corners), all);
+  const SteppedMesh stored = stored_steps(sample);
+  const std::vector<std::uint32_t> sampled_corners = sample_vertices(stored);
+  return sampled_corners.empty() || reaches_beyond(Bulk(stored, sampled_corners), all);
 }
 
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
-  const SteppedMesh own = stored_steps(mesh);
-  const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
+  const SteppedMesh stored = stored_steps(mesh);
+  const std::vector<std::uint32_t> sampled_corners = sample_vertices(stored);
   if (sampled_corners.empty()) return all;
-  const Bulk bulk(own, sampled_corners);
+  const Bulk bulk(stored, sampled_corners);
   if (!reaches_beyond(bulk, all)) return all;
-  if (outlier_reach(own, bulk) == 0) return all;
-  const std::vector<std::uint32_t> used = used_vertices(own);
-  const Bulk vertex_bulk(own, used);
+  if (outlier_reach(stored, bulk) == 0) return all;
+  const std::vector<std::uint32_t> used = used_vertices(stored);
+  const Bulk vertex_bulk(stored, used);
   Bounds bounds{all.high, all.low};
   for (const std::uint32_t v : used) {
-    if (vertex_bulk.distance(own, v) > kExtremeOutlierRatio * vertex_bulk.radius) continue;
-    const std::array<double, 3> p = axes(own.position(v));
+    if (vertex_bulk.distance(stored, v) > kExtremeOutlierRatio * vertex_bulk.radius) continue;
+    const std::array<double, 3> p = axes(stored.position(v));
     for (std::size_t k = 0; k < 3; ++k) {
       bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Adding 0 turns -0 into +0
       bounds.high[k] = std::max(bounds.high[k], p[k] + 0.0);
@@ -268,25 +270,26 @@ Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
 }
 
 std::string coarse_steps(const Mesh& mesh, const Frame& frame) {
-  const auto own = [&](std::uint32_t v) { return to_double(mesh.positions[v]); };
+  const auto own_position = [&](std::uint32_t v) { return to_double(mesh.positions[v]); };
   const Vec3d origin(mesh.origin[0], mesh.origin[1], mesh.origin[2]);
-  const FloatGrid grid(mesh.triangles, own);
+  const FloatGrid grid(mesh.triangles, own_position);
   const auto step = [&](std::uint32_t v) {
-    Step coarsest_step = grid.step(own(v));
-    const std::array<double, 3> p = axes(own(v)),
+    Step coarsest_step = grid.step(own_position(v));
+    const std::array<double, 3> p = axes(own_position(v)),
                                 in_frame = axes(to_double(frame.to_frame(mesh, v)));
     for (std::size_t k = 0; k < 3; ++k) {
-      const double kept = in_frame[k] / frame.scale + (frame.center[k] - mesh.origin[k]);
-      const double size = 2 * std::abs(kept - p[k]);
+      const double rounded_position =
+          in_frame[k] / frame.scale + (frame.center[k] - mesh.origin[k]);
+      const double size = 2 * std::abs(rounded_position - p[k]);
       if (size > coarsest_step.size) coarsest_step = {size, k};
     }
     return coarsest_step;
   };
   const SteppedMesh whole{
       mesh.triangles, [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
-      [&](std::uint32_t v) { return own(v) + origin; }, step};
-  const std::string coarse = coarse_steps(whole, "rounded");
-  return coarse.empty() ? stretched_box(whole) : coarse;
+      [&](std::uint32_t v) { return own_position(v) + origin; }, step};
+  const std::string coarse_step = coarse_steps(whole, "rounded");
+  return coarse_step.empty() ? describe_stretched_box(whole) : coarse_step;
 }
 
 }  // namespace kiln

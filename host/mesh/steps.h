@@ -55,21 +55,21 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how);
 /// such vertices, single precision has no digits left for the others, and lengths in % become meaningless. Only
 /// vertices of usable triangles count.
 /// \returns the empty string if there are none
-std::string stretched_box(const SteppedMesh& mesh);
+std::string describe_stretched_box(const SteppedMesh& mesh);
 
-/// Bounding box without the vertices that stretched_box() reports. It is `all` if there are none, or if one is more
-/// than 2^40 times as far out, since its square overflows single precision.
+/// Bounding box without the vertices that describe_stretched_box() reports. It is `all` if there are none, or if one is
+/// more than 2^40 times as far out, since its square overflows single precision.
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
 
-/// False if bulk_bounds() of a mesh certainly returns `all`.
+/// True if a mesh may have outliers, so that bulk_bounds() may differ from `all`. False if it certainly has none.
 /// \param sample  at least kSampledTriangles of the mesh's triangles, evenly spaced, or all of them
 /// \param all  bounds of the whole mesh
 bool may_have_outliers(const Mesh& sample, const Bounds& all);
 /// Number of triangles in a sample that shows where most of a mesh lies.
 inline constexpr std::size_t kSampledTriangles = 4096;
 
-/// Result of coarse_steps() for a mesh's own floats and for rounding to the working frame; if both are fine, that of
-/// stretched_box().
+/// Describes steps that are too coarse, first those of the mesh's own floats, then those of rounding to the working
+/// frame. If both are fine enough, returns the result of describe_stretched_box(); empty if nothing is wrong.
 std::string coarse_steps(const Mesh& mesh, const Frame& frame);
 
 }  // namespace kiln

@@ -37,17 +37,17 @@ constexpr float kPieceMargin = 1e-6F;
 
 /// Number of boxes in a tree over `count` triangles. All boxes of a level contain `size` or size + 1 triangles.
 std::size_t count_boxes(std::size_t count) {
-  std::size_t boxes = 0, size = count, smaller = 1, larger = 0;
+  std::size_t boxes = 0, size = count, smaller_count = 1, larger_count = 0;
   while (size > kLeafSize) {
-    boxes += smaller + larger;
+    boxes += smaller_count + larger_count;
     if (size % 2 == 0) {
-      smaller = 2 * smaller + larger;
+      smaller_count = 2 * smaller_count + larger_count;
     } else {
-      larger = smaller + 2 * larger;
+      larger_count = smaller_count + 2 * larger_count;
     }
     size /= 2;
   }
-  return boxes + smaller + (size == kLeafSize ? 3 : 1) * larger;
+  return boxes + smaller_count + (size == kLeafSize ? 3 : 1) * larger_count;
 }
 
 double squared_length(const Vec3d& v) { return dot(v, v); }
@@ -125,16 +125,16 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
   nodes_.resize(count_boxes(items.size()));
   // Splits level by level until there are enough parts for all threads. The boxes of the levels above these parts are
   // fitted last.
-  std::vector<Part> parts{{0, items.size(), 0}}, above;
+  std::vector<Part> parts{{0, items.size(), 0}}, upper_parts;
   while (parts.size() < kMaxSubtrees && parts[0].last - parts[0].first > kMinSubtreeTriangles) {
     std::vector<std::array<Part, 2>> part_halves(parts.size());
     parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) split_part(items, parts[i], part_halves[i]);
     });
-    above.insert(above.end(), parts.begin(), parts.end());
+    upper_parts.insert(upper_parts.end(), parts.begin(), parts.end());
     parts.clear();
-    for (const std::array<Part, 2>& both : part_halves)
-      parts.insert(parts.end(), both.begin(), both.end());
+    for (const std::array<Part, 2>& part_pair : part_halves)
+      parts.insert(parts.end(), part_pair.begin(), part_pair.end());
   }
   corners_.resize(items.size() * 3);
   leaf_order_.resize(items.size());
@@ -151,7 +151,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
       for (std::size_t box = part_box + count_boxes(count); box-- > part_box;) fit_box(box);
     }
   });
-  for (std::size_t i = above.size(); i-- > 0;) fit_box(above[i].box);
+  for (std::size_t i = upper_parts.size(); i-- > 0;) fit_box(upper_parts[i].box);
   for (std::uint32_t& item : leaf_order_) item = pieces_.empty() ? item : pieces_[item].first;
   pieces_ = {};
 }

@@ -157,16 +157,16 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
                           const std::array<double, 2>& to) {
   const auto* corners = &surface.triangles[triangle];
   BarycentricWeights at{};
-  BarycentricWeights goal{};
-  if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, goal)) return {};
+  BarycentricWeights target_weights{};
+  if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, target_weights)) return {};
   std::size_t entry_edge = 3;  // Edge at which the walk entered the triangle
   for (int step = 0; step < kMaxWalkTriangles; ++step) {
     std::size_t exit_edge = 3;
     double share = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
-      if (k == entry_edge || !(goal[k] < 0)) continue;
+      if (k == entry_edge || !(target_weights[k] < 0)) continue;
       const double inside = std::max(0.0, at[k]);
-      const double cut = inside / (inside - goal[k]);
+      const double cut = inside / (inside - target_weights[k]);
       if (cut < share) {
         share = cut;
         exit_edge = k;
@@ -176,36 +176,36 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
       double u = 0;
       double v = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        u += goal[k] * (*corners)[k].uv.x;
-        v += goal[k] * (*corners)[k].uv.y;
+        u += target_weights[k] * (*corners)[k].uv.x;
+        v += target_weights[k] * (*corners)[k].uv.y;
       }
       return {triangle, u, v};
     }
     const std::uint32_t next = topology.neighbour[triangle][exit_edge];
     if (next == KILN_NO_TRIANGLE) return {};
-    std::size_t back = 0;
-    while (back < 3 && (topology.neighbour[next][back] != triangle ||
-                        topology.vertices[next][(back + 1) % 3] !=
-                            topology.vertices[triangle][(exit_edge + 2) % 3])) {
-      ++back;
+    std::size_t entry_edge_of_next = 0;
+    while (entry_edge_of_next < 3 && (topology.neighbour[next][entry_edge_of_next] != triangle ||
+                                      topology.vertices[next][(entry_edge_of_next + 1) % 3] !=
+                                          topology.vertices[triangle][(exit_edge + 2) % 3])) {
+      ++entry_edge_of_next;
     }
-    if (back == 3) return {};
+    if (entry_edge_of_next == 3) return {};
     const Vec3d start = point_at(*corners, at);
-    const Vec3d rest = point_at(*corners, goal) - start;
-    const Vec3d crossing = start + rest * share;
-    const Vec3d beyond = rest * (1 - share);
+    const Vec3d to_target = point_at(*corners, target_weights) - start;
+    const Vec3d crossing = start + to_target * share;
+    const Vec3d remaining_step = to_target * (1 - share);
     const EdgeFrame edge_frame(*corners, exit_edge);
     corners = &surface.triangles[next];
     // Across the edge, the component along the edge is unchanged, whatever the next triangle's orientation. The
     // perpendicular component changes from outwards to inwards.
-    const EdgeFrame next_frame(*corners, back);
-    const double across = dot(beyond, edge_frame.outward);
-    const Vec3d goal_point =
-        crossing + edge_frame.along * dot(beyond, edge_frame.along) - next_frame.outward * across;
+    const EdgeFrame next_frame(*corners, entry_edge_of_next);
+    const double across = dot(remaining_step, edge_frame.outward);
+    const Vec3d goal_point = crossing + edge_frame.along * dot(remaining_step, edge_frame.along) -
+                             next_frame.outward * across;
     at = plane_weights(*corners, crossing);
-    goal = plane_weights(*corners, goal_point);
+    target_weights = plane_weights(*corners, goal_point);
     triangle = next;
-    entry_edge = back;
+    entry_edge = entry_edge_of_next;
   }
   return {};
 }

@@ -212,17 +212,17 @@ Vec3d project_on_plane(const Vec3d& v, const Vec3d& normal) {
   return unit_or_zero(v - normal * dot(normal, v));
 }
 
-/// A corner's contribution to the tangent of its group: projected onto the normal plane, and weighted by the projected
-/// angle.
+/// A corner's contribution to the tangent of its group: the triangle's tangent, projected onto the normal plane and
+/// weighted by the projected angle.
 Vec3d tangent_contribution(const Corners& corners, const Face& face, std::size_t corner) {
   const std::size_t f = corner / 3;
   const std::size_t k = corner % 3;
   const Vec3d normal = to_double(corners.normals[corner]);
-  const Vec3d here = to_double(corners.positions[corner]);
+  const Vec3d corner_position = to_double(corners.positions[corner]);
   const Vec3d to_next =
-      project_on_plane(to_double(corners.positions[3 * f + (k + 1) % 3]) - here, normal);
+      project_on_plane(to_double(corners.positions[3 * f + (k + 1) % 3]) - corner_position, normal);
   const Vec3d to_previous =
-      project_on_plane(to_double(corners.positions[3 * f + (k + 2) % 3]) - here, normal);
+      project_on_plane(to_double(corners.positions[3 * f + (k + 2) % 3]) - corner_position, normal);
   const double angle = std::acos(std::clamp(dot(to_next, to_previous), -1.0, 1.0));
   return project_on_plane(face.tangent, normal) * angle;
 }
@@ -281,17 +281,18 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
   if (all_tangents_known) return result;
   const std::vector<Vec3> zero_normals(positions.size());
   const std::vector<Vec2> zero_uvs(positions.size());
-  const std::vector<std::uint32_t> place = weld_corners({positions, zero_normals, zero_uvs});
+  const std::vector<std::uint32_t> vertex_at_position =
+      weld_corners({positions, zero_normals, zero_uvs});
   std::vector<std::uint32_t> known_corner_at_position(positions.size(), kNone);
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (is_tangent_known[i] != 0 && known_corner_at_position[place[i]] == kNone) {
-      known_corner_at_position[place[i]] = static_cast<std::uint32_t>(i);
+    if (is_tangent_known[i] != 0 && known_corner_at_position[vertex_at_position[i]] == kNone) {
+      known_corner_at_position[vertex_at_position[i]] = static_cast<std::uint32_t>(i);
     }
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (is_tangent_known[i] != 0) continue;
     std::uint32_t from = known_corner_of_vertex[vertex[i]];
-    if (from == kNone) from = known_corner_at_position[place[i]];
+    if (from == kNone) from = known_corner_at_position[vertex_at_position[i]];
     Vec3d tangent{};
     if (from != kNone) {
       result[i].sign = result[from].sign;

@@ -44,17 +44,17 @@ bool has_area_in_uv(const UvCorners& uvs) {
 std::pair<std::int64_t, std::int64_t> tile_of(const UvCorners& uvs) {
   const double u = (double{uvs[0].x} + uvs[1].x + uvs[2].x) / 3;
   const double v = (double{uvs[0].y} + uvs[1].y + uvs[2].y) / 3;
-  const auto whole = [](double value) {
+  const auto whole_part = [](double value) {
     constexpr double kMaxTile = 1e9;
     return static_cast<std::int64_t>(std::floor(std::clamp(value, -kMaxTile, kMaxTile)));
   };
-  return {whole(u), whole(v)};
+  return {whole_part(u), whole_part(v)};
 }
 
 /// Moves a triangle to the unit square, and calls `use` for each cell of a grid over the square whose centre lies
 /// inside of it.
 template <typename Use>
-void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use& use) {
+void visit_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use& use) {
   std::array<std::array<double, 2>, 3> p{};
   for (std::size_t k = 0; k < 3; ++k) {
     p[k] = {(uvs[k].x - move_u) * kOverlapGrid, (uvs[k].y - move_v) * kOverlapGrid};
@@ -110,18 +110,18 @@ bool are_copies(const UvCorners& a, const UvCorners& b) {
 template <typename SetOf>
 bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
   constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNoTriangle);
-  std::vector<std::uint8_t> is_cell_shared(owner.size(), 0);
+  std::vector<std::uint32_t> cell_owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNoTriangle);
+  std::vector<std::uint8_t> is_cell_shared(cell_owner.size(), 0);
   const auto max_grid_cells =
-      static_cast<std::uint64_t>(kMaxOverlapShare * static_cast<double>(owner.size()));
+      static_cast<std::uint64_t>(kMaxOverlapShare * static_cast<double>(cell_owner.size()));
   std::uint64_t cells = 0;
   const auto is_copy_in_tile = [&](const UvCorners& uvs) {
     const auto cell = [&](float a, float b, float c) {
       const double middle = (double{a} + b + c) / 3;
       return static_cast<std::size_t>((middle - std::floor(middle)) * kOverlapGrid) % kOverlapGrid;
     };
-    const std::uint32_t known = owner[cell(uvs[0].y, uvs[1].y, uvs[2].y) * kOverlapGrid +
-                                      cell(uvs[0].x, uvs[1].x, uvs[2].x)];
+    const std::uint32_t known = cell_owner[cell(uvs[0].y, uvs[1].y, uvs[2].y) * kOverlapGrid +
+                                           cell(uvs[0].x, uvs[1].x, uvs[2].x)];
     return known != kNoTriangle && are_copies(corner_uvs(low, known), uvs);
   };
   for (std::uint32_t t = 0; t < low.triangles.size() && cells <= max_grid_cells; ++t) {
@@ -130,10 +130,10 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
     if (in_tile && is_copy_in_tile(uvs))
       continue;  // The copy of this triangle covers the same cells
-    over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
-      if (owner[cell] == kNoTriangle) owner[cell] = t;
-      if (is_cell_shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
-      if (in_tile && are_copies(corner_uvs(low, owner[cell]), uvs)) return;
+    visit_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
+      if (cell_owner[cell] == kNoTriangle) cell_owner[cell] = t;
+      if (is_cell_shared[cell] != 0 || set_of(cell_owner[cell]) == set_of(t)) return;
+      if (in_tile && are_copies(corner_uvs(low, cell_owner[cell]), uvs)) return;
       is_cell_shared[cell] = 1;
       ++cells;
     });
@@ -257,14 +257,14 @@ std::vector<TextureSet> split_sets_by_tiles(const Mesh& low, std::vector<Texture
       result.push_back(std::move(set));
       continue;
     }
-    Mesh own;
-    own.name = low.name;
-    own.triangles = low.triangles;
-    own.uvs = low.uvs;
-    own.uv_triangles = low.uv_triangles;
-    remove_uvs_outside(set, own);
-    std::vector<TextureSet> tiles = texture_sets_by_tile(own);
-    if (!tiles_overlap(own)) {
+    Mesh set_mesh;
+    set_mesh.name = low.name;
+    set_mesh.triangles = low.triangles;
+    set_mesh.uvs = low.uvs;
+    set_mesh.uv_triangles = low.uv_triangles;
+    remove_uvs_outside(set, set_mesh);
+    std::vector<TextureSet> tiles = texture_sets_by_tile(set_mesh);
+    if (!tiles_overlap(set_mesh)) {
       result.push_back(std::move(set));
       continue;
     }
@@ -281,7 +281,7 @@ std::vector<TextureSet> split_sets_by_tiles(const Mesh& low, std::vector<Texture
 std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   validate(low);
   if (by == SetsBy::none || low.uv_triangles.empty()) return {whole_mesh_set(low)};
-  const auto missing = [&](const char* what) {
+  const auto missing_error = [&](const char* what) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no " + what +
                                       ", by which texture sets could be formed. Choose other sets, "
                                       "or none.");
@@ -290,10 +290,10 @@ std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   if (by == SetsBy::udim) {
     sets = texture_sets_by_tile(low);
   } else if (by == SetsBy::material) {
-    if (low.materials.empty()) missing("materials");
+    if (low.materials.empty()) missing_error("materials");
     sets = texture_sets_by_name(low, low.materials, low.material_names);
   } else {
-    if (low.objects.empty()) missing("objects");
+    if (low.objects.empty()) missing_error("objects");
     sets = texture_sets_by_name(low, low.objects, low.object_names);
   }
   std::erase_if(sets, [](const TextureSet& set) { return set.triangles == 0; });

@@ -12,7 +12,7 @@ namespace {
 /// A neighbour within a sheet, and whether both triangles traverse the edge in the same direction.
 struct Link {
   std::uint32_t to = TwoSided::kNone;
-  bool turned = false;
+  bool is_turned = false;
 };
 
 std::vector<std::uint32_t> find_twins(std::span<const Triangle> welded, std::size_t vertices) {
@@ -46,10 +46,10 @@ std::vector<std::array<Link, 3>> neighbour_links_of(const std::vector<Triangle>&
   SideLists(triangles, vertices)
       .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
         if (sides.size() != 2) return;
-        const bool turned = SideLists::forward(sides[0]) == SideLists::forward(sides[1]);
+        const bool is_turned = SideLists::forward(sides[0]) == SideLists::forward(sides[1]);
         for (std::size_t i = 0; i < 2; ++i) {
           neighbour_links[sides[i].index / 3][sides[i].index % 3] = {sides[1 - i].index / 3,
-                                                                     turned};
+                                                                     is_turned};
         }
       });
   return neighbour_links;
@@ -82,7 +82,7 @@ TwoSided TwoSided::of(std::span<const Triangle> welded, std::size_t vertices) {
       for (const Link& link : neighbour_links[at]) {
         if (link.to == kNone || is_oriented[link.to] != 0) continue;
         is_oriented[link.to] = 1;
-        is_turned[link.to] = is_turned[at] ^ (link.turned ? 1 : 0);
+        is_turned[link.to] = is_turned[at] ^ (link.is_turned ? 1 : 0);
         next.push_back(link.to);
       }
     }

@@ -18,8 +18,8 @@ bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   if (!(size > 0) || !std::isfinite(sum.x + sum.y + sum.z)) return false;
   // Bound on the sine between collinear sides that is due to rounding: half a unit in the last place per coordinate,
   // times 2.
-  const double rounding = 0x1p-50 * std::max({largest(a), largest(b), largest(c)}) / size;
-  return largest(cross(u * (1 / size), v * (1 / size))) > rounding;
+  const double max_parallel_sine = 0x1p-50 * std::max({largest(a), largest(b), largest(c)}) / size;
+  return largest(cross(u * (1 / size), v * (1 / size))) > max_parallel_sine;
 }
 
 std::uint64_t count_without_area(std::span<const Vec3> positions,

@@ -18,10 +18,10 @@ constexpr std::array<std::array<std::size_t, 3>, 6> kCornerOrders = {
     {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
 
 bool are_same_corners(const UvPlace& a, const UvPlace& b) {
-  const double near = std::min(a.tolerance(), b.tolerance());
+  const double tolerance = std::min(a.tolerance(), b.tolerance());
   return std::any_of(kCornerOrders.begin(), kCornerOrders.end(), [&](const auto& order) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!are_near(a.uv[k], b.uv[order[k]], near)) return false;
+      if (!are_near(a.uv[k], b.uv[order[k]], tolerance)) return false;
     }
     return true;
   });
@@ -38,50 +38,50 @@ class CoverFinder {
   /// The triangles that cover `t`, the one with the largest share first. Empty if they do not cover it completely.
   const std::vector<std::uint32_t>& of(std::uint32_t t) {
     covering_.clear();
-    const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t is_not_preferred) {
+    const bool twin = baked_.any_match_at(places_[t].middle, [&](std::uint32_t is_not_preferred) {
       if (!are_same_corners(places_[t], places_[is_not_preferred])) return false;
       covering_.push_back(is_not_preferred);
       return true;
     });
-    if (!twin && !walk(t)) covering_.clear();
+    if (!twin && !collect_covering(t)) covering_.clear();
     return covering_;
   }
 
  private:
-  bool walk(std::uint32_t t) {
+  bool collect_covering(std::uint32_t t) {
     covered_uvs_ = places_[t].uv;
-    if (!add_covering(t, places_[t].middle) || !snap(t)) return false;
+    if (!add_covering(t, places_[t].middle) || !snap_corners(t)) return false;
     for (std::size_t i = 0; i < covering_.size(); ++i) {
       for (const UvPosition& corner : places_[covering_[i]].uv) {
         if (!add_covering(t, corner)) return false;
       }
     }
-    double sum = 0, most = 0;
+    double area_sum = 0, largest_area = 0;
     const double area = shared_area(covered_uvs_, covered_uvs_);
     for (std::uint32_t& triangle : covering_) {
       const double share = shared_area(covered_uvs_, places_[triangle].uv);
-      sum += share;
-      if (share <= most) continue;
-      most = share;
+      area_sum += share;
+      if (share <= largest_area) continue;
+      largest_area = share;
       std::swap(covering_[0], triangle);
     }
-    return std::abs(sum - area) <= kMaxUncovered * area;
+    return std::abs(area_sum - area) <= kMaxUncovered * area;
   }
 
   /// Adds the triangles at a point that overlap `t`.
   /// \returns false if there are too many
   bool add_covering(std::uint32_t t, const UvPosition& point) {
-    return !baked_.any_at(point, [&](std::uint32_t is_not_preferred) {
+    return !baked_.any_match_at(point, [&](std::uint32_t is_not_preferred) {
       const UvPlace& place = places_[is_not_preferred];
-      const double near = std::min(place.tolerance(), places_[t].tolerance());
+      const double tolerance = std::min(place.tolerance(), places_[t].tolerance());
       const bool at = place.contains(point) ||
                       std::any_of(place.uv.begin(), place.uv.end(), [&](const UvPosition& corner) {
-                        return are_near(corner, point, near);
+                        return are_near(corner, point, tolerance);
                       });
       if (!at || std::find(covering_.begin(), covering_.end(), is_not_preferred) != covering_.end())
         return false;
-      const double least = std::min(std::abs(place.area), std::abs(places_[t].area));
-      if (shared_area(covered_uvs_, place.uv) <= kMaxUncovered * least) return false;
+      const double smaller_area = std::min(std::abs(place.area), std::abs(places_[t].area));
+      if (shared_area(covered_uvs_, place.uv) <= kMaxUncovered * smaller_area) return false;
       covering_.push_back(is_not_preferred);
       return covering_.size() > kMaxCoverTriangles;
     });
@@ -89,14 +89,14 @@ class CoverFinder {
 
   /// Moves the corners of the outline to the nearest corners of baked triangles.
   /// \returns false if there is no such corner near one of them
-  bool snap(std::uint32_t t) {
+  bool snap_corners(std::uint32_t t) {
     for (UvPosition& corner : covered_uvs_) {
-      const bool is_found = baked_.any_at(corner, [&](std::uint32_t is_not_preferred) {
+      const bool is_found = baked_.any_match_at(corner, [&](std::uint32_t is_not_preferred) {
         const UvPlace& place = places_[is_not_preferred];
-        const double near = std::min(place.tolerance(), places_[t].tolerance());
+        const double tolerance = std::min(place.tolerance(), places_[t].tolerance());
         const auto* const at =
             std::find_if(place.uv.begin(), place.uv.end(),
-                         [&](const UvPosition& uv) { return are_near(uv, corner, near); });
+                         [&](const UvPosition& uv) { return are_near(uv, corner, tolerance); });
         if (at == place.uv.end()) return false;
         corner = *at;
         return true;
@@ -119,9 +119,10 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& uv_places, Uv
   for (std::uint32_t t = 0; t < count; ++t) all.add(t);
   std::vector<std::uint32_t> result;
   for (std::uint32_t t = 0; t < count; ++t) {
-    const bool is_inside = all.any_at(uv_places[t].middle, [&](std::uint32_t is_not_preferred) {
-      return is_not_preferred != t && uv_places[is_not_preferred].contains(uv_places[t].middle);
-    });
+    const bool is_inside =
+        all.any_match_at(uv_places[t].middle, [&](std::uint32_t is_not_preferred) {
+          return is_not_preferred != t && uv_places[is_not_preferred].contains(uv_places[t].middle);
+        });
     if (is_inside) result.push_back(t);
   }
   if (result.empty()) return result;
@@ -167,15 +168,15 @@ void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   CoverFinder cover_finder(uv_places, baked_squares);
   bool any = false;
   for (const std::uint32_t i : order) {
-    const std::vector<std::uint32_t>& over = cover_finder.of(i);
-    if (over.empty()) {
+    const std::vector<std::uint32_t>& covering = cover_finder.of(i);
+    if (covering.empty()) {
       baked_squares.add(i);
       continue;
     }
     any = true;
-    copy_of[triangle_of_place[i]] = triangle_of_place[over[0]];
+    copy_of[triangle_of_place[i]] = triangle_of_place[covering[0]];
     is_shared[i] = 1;
-    for (const std::uint32_t is_not_preferred : over) is_shared[is_not_preferred] = 1;
+    for (const std::uint32_t is_not_preferred : covering) is_shared[is_not_preferred] = 1;
   }
   if (!any) return;
   surface.copy_of = std::move(copy_of);

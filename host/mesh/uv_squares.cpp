@@ -23,7 +23,7 @@ struct CutPolygon {
   std::size_t count = 0;
 
   /// Keeps the part to the left of the line from `a` to `b`.
-  void cut(const UvPosition& a, const UvPosition& b) {
+  void keep_left_of(const UvPosition& a, const UvPosition& b) {
     const CutPolygon uncut_polygon = *this;
     count = 0;
     for (std::size_t k = 0; k < uncut_polygon.count; ++k) {
@@ -65,9 +65,9 @@ UvPlace UvPlace::of(const std::array<LowSurface::Corner, 3>& corners) {
 double UvPlace::tolerance() const { return std::min(1e-4, 0.05 * side); }
 
 bool UvPlace::contains(const UvPosition& point) const {
-  const double least = -kInsideTolerance * std::abs(area), sign = area < 0 ? -1 : 1;
+  const double min_weight = -kInsideTolerance * std::abs(area), sign = area < 0 ? -1 : 1;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!(sign * twice_area(uv[k], uv[(k + 1) % 3], point) >= least)) return false;
+    if (!(sign * twice_area(uv[k], uv[(k + 1) % 3], point) >= min_weight)) return false;
   }
   return true;
 }
@@ -82,7 +82,7 @@ double shared_area(const std::array<UvPosition, 3>& a, const std::array<UvPositi
   const bool mirrored = twice_area(b[0], b[1], b[2]) < 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const UvPosition &p = b[k], &q = b[(k + 1) % 3];
-    mirrored ? polygon.cut(q, p) : polygon.cut(p, q);
+    mirrored ? polygon.keep_left_of(q, p) : polygon.keep_left_of(p, q);
   }
   double area = 0;
   for (std::size_t k = 2; k < polygon.count; ++k) {
@@ -108,9 +108,9 @@ void UvSquares::add(std::uint32_t triangle) {
       high[axis] = std::max(high[axis], uv[axis]);
     }
   }
-  const double near = place.tolerance();
-  const auto first = square_of({low[0] - near, low[1] - near}, level);
-  const auto last = square_of({high[0] + near, high[1] + near}, level);
+  const double tolerance = place.tolerance();
+  const auto first = square_of({low[0] - tolerance, low[1] - tolerance}, level);
+  const auto last = square_of({high[0] + tolerance, high[1] + tolerance}, level);
   for (std::int64_t x = first[0]; x <= last[0]; ++x) {
     for (std::int64_t y = first[1]; y <= last[1]; ++y) {
       std::uint32_t& head = newest_entry_[slot(x, y, level)];

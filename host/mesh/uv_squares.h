@@ -44,7 +44,7 @@ class UvSquares {
   /// Calls `visit(triangle)` for triangles near a point, the most recent first, until it returns true. Returns true in
   /// that case. If a square lists more than 256 triangles of one size, only the most recent are visited.
   template <class Visit>
-  bool any_at(const UvPosition& point, const Visit& visit) const {
+  bool any_match_at(const UvPosition& point, const Visit& visit) const {
     for (const int level : levels_) {
       std::size_t left = kMaxPerSquare;
       const auto [x, y] = square_of(point, level);

@@ -25,7 +25,7 @@ std::uint32_t hash_of(const Vec3& p) {
 }
 std::size_t table_of_hash(std::uint32_t hash) { return hash >> 28; }
 
-/// Welds a subset of the vertices, in order.
+/// Welds a subset of the vertices, in ascending order.
 void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset,
           const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& lowest_vertex) {
   // The table uses open addressing and is at most half full. A slot holds the index of a vertex + 1.

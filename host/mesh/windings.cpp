@@ -132,7 +132,7 @@ class WrongSides {
     };
     for (std::uint32_t t = 0; t < parts.of.size(); ++t) {
       const FacingParts::Part& part = parts.parts[parts.of[t]];
-      if (part.agrees) continue;
+      if (part.is_consistent) continue;
       SideSums& sums = part_sums_[parts.of[t]];
       const Vec3d middle = corner(part.first, 0);
       const Vec3d a = corner(t, 0) - middle, b = corner(t, 1) - middle, c = corner(t, 2) - middle;
@@ -145,8 +145,8 @@ class WrongSides {
   std::uint8_t of(const FacingParts& parts, std::uint32_t part) const {
     const auto& [area, volume] = part_sums_[part];
     const std::uint8_t smaller_side = area[1] <= area[0] ? 1 : 0;
-    const bool unclear = area[smaller_side] > kMaxWrongShare * (area[0] + area[1]);
-    if (!unclear || !parts.parts[part].closed || volume == 0) return smaller_side;
+    const bool is_undecided = area[smaller_side] > kMaxWrongShare * (area[0] + area[1]);
+    if (!is_undecided || !parts.parts[part].closed || volume == 0) return smaller_side;
     return volume > 0 ? 1 : 0;
   }
 
@@ -178,7 +178,8 @@ class ReversedNormals {
           reversed_normals_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) mesh_.normals.push_back({-own.x, -own.y, -own.z});
       n = found->second;
-      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent
+      // So the bitangent does not change
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;
     }
   }
 
@@ -201,7 +202,7 @@ FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertic
     walk.assign(1, first);
     for (std::size_t i = 0; i < walk.size(); ++i) {
       const std::uint32_t t = walk[i];
-      part.agrees = part.agrees && side[t] == 0;
+      part.is_consistent = part.is_consistent && side[t] == 0;
       for (const std::uint32_t own : twins.sides_in_order(t)) {
         const std::uint32_t twin = twins.of(own);
         if (twin == kNone) {
@@ -225,10 +226,10 @@ FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertic
 }
 
 std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts) {
-  const WrongSides wrong(mesh, parts);
+  const WrongSides wrong_sides_of_parts(mesh, parts);
   std::vector<std::uint8_t> wrong_side_of_part(parts.parts.size());
   for (std::uint32_t p = 0; p < wrong_side_of_part.size(); ++p)
-    wrong_side_of_part[p] = wrong.of(parts, p);
+    wrong_side_of_part[p] = wrong_sides_of_parts.of(parts, p);
   return wrong_side_of_part;
 }
 
@@ -251,17 +252,18 @@ TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned)
 TurnedTriangles agree_windings(Mesh& mesh) {
   validate(mesh);
   // In a mesh with few vertices, triangles share vertices already.
-  const bool shared = mesh.positions.size() < mesh.triangles.size();
-  const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
+  const bool shares_vertices = mesh.positions.size() < mesh.triangles.size();
+  const std::vector<Triangle> triangles = shares_vertices ? mesh.triangles : welded_triangles(mesh);
   if (!has_repeated_side(triangles, mesh.positions.size())) return {};
   const FacingParts parts(triangles, mesh.positions.size());
   const std::vector<std::uint8_t> wrong_side_of_part = wrong_sides(mesh, parts);
-  std::vector<std::uint8_t> turned(triangles.size(), 0);
-  for (std::size_t t = 0; t < turned.size(); ++t) {
+  std::vector<std::uint8_t> is_turned(triangles.size(), 0);
+  for (std::size_t t = 0; t < is_turned.size(); ++t) {
     const FacingParts::Part& part = parts.parts[parts.of[t]];
-    turned[t] = !part.agrees && !part.one_sided && parts.side[t] == wrong_side_of_part[parts.of[t]];
+    is_turned[t] =
+        !part.is_consistent && !part.one_sided && parts.side[t] == wrong_side_of_part[parts.of[t]];
   }
-  return turn_triangles(mesh, turned);
+  return turn_triangles(mesh, is_turned);
 }
 
 }  // namespace kiln

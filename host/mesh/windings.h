@@ -18,7 +18,7 @@ struct FacingParts {
     std::uint32_t first = 0;      ///< Lowest triangle of the part
     std::uint32_t triangles = 0;  ///< Number of triangles
     bool closed = true;           ///< True if every edge has two triangles
-    bool agrees = true;           ///< True if all triangles are oriented as the first one
+    bool is_consistent = true;    ///< True if all triangles are oriented as the first one
     bool one_sided = false;       ///< True if the part is not orientable, such as a Möbius strip
   };
   std::vector<Part> parts;

@@ -14,7 +14,7 @@ namespace {
 /// distances, by the second if they are squared distances. Rejecting such collapses altogether would keep the high
 /// poly's slivers, as at the poles of a sphere.
 constexpr double kBadShapeFactor = 1.5, kBadShapeFactorOfSquares = 6;
-/// At a hub, a queued cost may be outdated by up to this factor
+/// An edge at a hub may collapse although its cost has grown by up to this factor since it was queued
 constexpr double kHubCostTolerance = 1.01;
 /// When the queue is empty, rejected edges are tried again in a new round, as long as each round collapses at least one
 /// edge per kTrianglesPerCollapse triangles. At most kMaxUnproductiveRounds rounds may collapse fewer.
@@ -64,18 +64,18 @@ bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
 bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   if (mesh_.is_hub(a)) return keeps_topology_at_hub(a, b);
   if (mesh_.is_hub(b)) return keeps_topology_at_hub(b, a);
-  mesh_.gather_unordered(a, near_a_);
-  mesh_.gather_unordered(b, near_b_);
+  mesh_.gather_unordered(a, neighbours_of_a_);
+  mesh_.gather_unordered(b, neighbours_of_b_);
   std::uint32_t edge_triangles = 0;
   common_neighbours_.clear();
   bool is_a_on_border = false, is_b_on_border = false;
-  for (const CollapseMesh::Neighbour& n : near_a_) {
+  for (const CollapseMesh::Neighbour& n : neighbours_of_a_) {
     is_a_on_border = is_a_on_border || n.triangles == 1;
     if (n.vertex == b) edge_triangles = n.triangles;
   }
-  for (const CollapseMesh::Neighbour& n : near_b_)
+  for (const CollapseMesh::Neighbour& n : neighbours_of_b_)
     is_b_on_border = is_b_on_border || n.triangles == 1;
-  mesh_.find_common_neighbours(near_a_, near_b_, common_neighbours_);
+  mesh_.find_common_neighbours(neighbours_of_a_, neighbours_of_b_, common_neighbours_);
   if (edge_triangles == 0 || common_neighbours_.size() != edge_triangles) return false;
   if (is_a_on_border && is_b_on_border && edge_triangles != 1) return false;
   // Some triangles must remain, and no two triangles may get the same corners.
@@ -86,11 +86,11 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
 /// Variant of keeps_topology() that does not visit the triangles of the hub: it only tests the neighbours of `b`.
 /// Rejects an edge beside a second hub.
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
-  mesh_.gather(b, near_b_);
+  mesh_.gather(b, neighbours_of_b_);
   std::uint32_t edge_triangles = 0;
   common_neighbours_.clear();
   bool is_b_on_border = false;
-  for (const CollapseMesh::Neighbour& n : near_b_) {
+  for (const CollapseMesh::Neighbour& n : neighbours_of_b_) {
     is_b_on_border = is_b_on_border || n.triangles == 1;
     if (n.vertex == hub) {
       edge_triangles = n.triangles;
@@ -116,22 +116,22 @@ bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
 
 void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step) {
   // The merge visits all triangles of the removed vertex, so a hub is always the vertex that is kept.
-  const bool swap = step.anchor == Anchor::second;
-  const std::uint32_t kept = swap ? b : a, gone = swap ? a : b;
+  const bool is_swapped = step.anchor == Anchor::second;
+  const std::uint32_t kept = is_swapped ? b : a, gone = is_swapped ? a : b;
   if (rule_ != nullptr) rule_->collapse(mesh_, a, b, step.anchor, step.target, kept);
   if (deviation_bound_ != nullptr) deviation_bound_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
-  vertex_errors_[kept] = quadrics_[kept].off(step.target);
+  vertex_errors_[kept] = quadrics_[kept].weighted_distance(step.target);
   if (!line_quadrics_.empty()) line_quadrics_[kept] += line_quadrics_[gone];
   is_on_border_[kept] = is_on_border_[kept] | is_on_border_[gone];
   shape_limits_.merge(kept, gone);
-  if (step.anchor != Anchor::none) mesh_.gather(gone, near_b_);
+  if (step.anchor != Anchor::none) mesh_.gather(gone, neighbours_of_b_);
   mesh_.merge(kept, gone);
   ++vertex_stamps_[gone];
   if (step.anchor != Anchor::none) {
     // The hub's other edges keep their queue entries. The cost of an entry is updated when the entry is popped.
-    for (const CollapseMesh::Neighbour& n : near_b_) {
+    for (const CollapseMesh::Neighbour& n : neighbours_of_b_) {
       if (n.vertex != kept) push(kept, n.vertex);
     }
     return;
@@ -141,11 +141,11 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
     deferred_vertices_->push_back(kept);
     return;
   }
-  mesh_.gather_unordered(kept, near_a_);
-  queue_edges(kept, near_a_);
+  mesh_.gather_unordered(kept, neighbours_of_a_);
+  queue_edges(kept, neighbours_of_a_);
   if (deviation_bound_ == nullptr) return;
   touched_vertices_[kept] = 1;
-  for (const CollapseMesh::Neighbour& n : near_a_) touched_vertices_[n.vertex] = 1;
+  for (const CollapseMesh::Neighbour& n : neighbours_of_a_) touched_vertices_[n.vertex] = 1;
 }
 
 /// Collapses an edge if that is allowed. A collapse that only violates the limits of triangle shapes is queued again at
@@ -213,16 +213,16 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
         {entry.b, entry.a}};  // Maps removed vertices to those that replace them
     for (std::array<std::uint32_t, 2> last : twins) {
       for (std::uint32_t& end : last) {
-        for (auto into = replacement_of.find(end); into != replacement_of.end();
-             into = replacement_of.find(end)) {
-          end = into->second;
+        for (auto replacement = replacement_of.find(end); replacement != replacement_of.end();
+             replacement = replacement_of.find(end)) {
+          end = replacement->second;
         }
       }
       // The collapses of other copies may have made the collapse of this copy impossible. The copies that are left then
       // keep their triangles, which are no longer copies of the collapsed ones.
-      const std::optional<Step> own = twin_step(entry_of(last));
-      if (!own) break;
-      collapse(last[0], last[1], *own);
+      const std::optional<Step> twin_collapse = twin_step(entry_of(last));
+      if (!twin_collapse) break;
+      collapse(last[0], last[1], *twin_collapse);
       if (last[1] != last[0]) replacement_of.emplace(last[1], last[0]);
     }
   }
@@ -308,11 +308,11 @@ void EdgeCollapser::collapse_up_to_cost(double cost) {
   for (const std::uint32_t v : changed) is_pending[v] = 1;
   for (const std::uint32_t v : changed) {
     if (is_pending[v] == kVisitedVertex) continue;
-    mesh_.gather_unordered(v, near_a_);
-    std::erase_if(near_a_, [&](const CollapseMesh::Neighbour& n) {
+    mesh_.gather_unordered(v, neighbours_of_a_);
+    std::erase_if(neighbours_of_a_, [&](const CollapseMesh::Neighbour& n) {
       return is_pending[n.vertex] != 0 && n.vertex < v;
     });
-    queue_edges(v, near_a_);
+    queue_edges(v, neighbours_of_a_);
     is_pending[v] = kVisitedVertex;
   }
   if (2 * mesh_.faces < mesh_.triangles.size()) compact();
@@ -320,11 +320,11 @@ void EdgeCollapser::collapse_up_to_cost(double cost) {
 
 void EdgeCollapser::run(std::size_t faces) {
   constexpr std::size_t kPollInterval = 1024;
-  std::size_t unproductive_rounds = 0, tested = 0;
+  std::size_t unproductive_rounds = 0, tested_count = 0;
   while (true) {
     std::size_t collapse_count = 0;
     while (mesh_.face_count_with_back_faces() > faces && queue_.front(vertex_stamps_) != nullptr) {
-      if (++tested % kPollInterval == 0) ProgressGuard::poll();
+      if (++tested_count % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(vertex_stamps_);
       queue_.pop();

@@ -56,7 +56,7 @@ class EdgeCollapser {
   ///   position
   void limit_deviation(DeviationBound* deviation, double sharpening, double bound) {
     deviation_bound_ = deviation;
-    shape_limits_.limit_edges(sharpening);
+    shape_limits_.limit_sharpening(sharpening);
     touched_vertices_.assign(mesh_.points.size(), 1);
     limit_line_error(bound);
   }
@@ -137,7 +137,7 @@ class EdgeCollapser {
   /// If there is a bound: 1 for each vertex whose surroundings have changed since the queue was filled
   std::vector<std::uint8_t> touched_vertices_;
   std::vector<Quadric> quadrics_;
-  /// Quadric::off() of each vertex at its current position; empty if there is a constraint
+  /// Quadric::weighted_distance() of each vertex at its current position; empty if there is a constraint
   std::vector<double> vertex_errors_;
   /// If there is a bound and the mesh has labels: for each vertex, the quadric of the lines between labels that met
   /// there when the bound was set. It sums the planes that contain these lines and stand perpendicular to the surface.
@@ -154,7 +154,7 @@ class EdgeCollapser {
   CollapseQueue queue_;
   /// Changed vertices whose edges are not queued yet; nullopt outside of collapse_up_to_cost()
   std::optional<std::vector<std::uint32_t>> deferred_vertices_;
-  std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
+  std::vector<CollapseMesh::Neighbour> neighbours_of_a_, neighbours_of_b_;
   std::vector<std::uint64_t> edges_;  ///< Scratch memory of queue_edges()
   std::vector<Entry> entries_;
   /// Scratch memory: neighbours that an edge's two vertices share

@@ -28,7 +28,7 @@ class CollapseConstraint {
                                      Anchor anchor, Quadric& sum) const = 0;
 
   /// True if repairs may use every position that keeps() allows; false if only the one from place().
-  virtual bool any_place() const { return false; }
+  virtual bool allows_any_position() const { return false; }
 
   /// True if the collapse satisfies the constraint. Called for few edges, just before they collapse.
   virtual bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,

@@ -24,9 +24,9 @@ constexpr std::size_t kEdgesPerBatch = std::size_t{1} << 15;
 }  // namespace
 
 /// Position and cost of an edge's collapse. A hub keeps its position, since moving it would move its whole fan. Without
-/// a constraint, the cost is the increase of the distance times its weight, because a deviation is visible in
-/// proportion to its size, not to its square. With a constraint, the cost is the squared distance, as in Garland and
-/// Heckbert, because the constraint's planes add squared distances.
+/// a constraint, the cost is the increase of the weighted distance, because a deviation is visible in proportion to its
+/// size, not to its square. With a constraint, the cost is the squared distance, as in Garland and Heckbert, because
+/// the constraint's planes add squared distances.
 EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
   Step step(quadrics_[a] + quadrics_[b]);
   const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
@@ -47,7 +47,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
     return step;
   }
   const double previous_error = vertex_errors_[a] + vertex_errors_[b];
-  step.cost = std::max(0.0, step.sum.off(step.target) - previous_error) +
+  step.cost = std::max(0.0, step.sum.weighted_distance(step.target) - previous_error) +
               kLengthWeight * size * step.sum.area;
   return step;
 }
@@ -75,7 +75,7 @@ void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched
     parallel_for(vertex_errors_.size(), std::size_t{1} << 14,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t v = begin; v < end; ++v)
-                     vertex_errors_[v] = quadrics_[v].off(mesh_.points[v]);
+                     vertex_errors_[v] = quadrics_[v].weighted_distance(mesh_.points[v]);
                  });
   }
   if (only_touched) {

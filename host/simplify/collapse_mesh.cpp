@@ -32,7 +32,7 @@ CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Tri
   }
 }
 
-void CollapseMesh::count_sides(std::vector<std::uint8_t> of_triangles) {
+void CollapseMesh::set_two_sided(std::vector<std::uint8_t> of_triangles) {
   two_sided = std::move(of_triangles);
   back_face_count = 0;
   for (std::size_t t = 0; t < two_sided.size(); ++t) {
@@ -77,7 +77,7 @@ void CollapseMesh::find_common_neighbours(const std::vector<Neighbour>& one,
 std::vector<std::uint64_t> CollapseMesh::edges() const {
   // Edges are sorted into buckets by their lower vertex. Each bucket is short, and is sorted by the higher vertex.
   std::vector<std::uint32_t> list_start(points.size() + 1, 0);
-  const auto each = [&](const auto& body) {
+  const auto for_each_side = [&](const auto& body) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       if (alive[t] == 0) continue;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -86,11 +86,11 @@ std::vector<std::uint64_t> CollapseMesh::edges() const {
       }
     }
   };
-  each([&](std::uint32_t a, std::uint32_t) { ++list_start[a + 1]; });
+  for_each_side([&](std::uint32_t a, std::uint32_t) { ++list_start[a + 1]; });
   for (std::size_t v = 1; v < list_start.size(); ++v) list_start[v] += list_start[v - 1];
   std::vector<std::uint32_t> higher_vertices(list_start.back()),
       next(list_start.begin(), list_start.end() - 1);
-  each([&](std::uint32_t a, std::uint32_t b) { higher_vertices[next[a]++] = b; });
+  for_each_side([&](std::uint32_t a, std::uint32_t b) { higher_vertices[next[a]++] = b; });
   std::vector<std::uint64_t> edge_keys;
   edge_keys.reserve(higher_vertices.size() / 2 + 1);
   for (std::size_t a = 0; a + 1 < list_start.size(); ++a) {

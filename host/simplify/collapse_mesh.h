@@ -80,7 +80,7 @@ class CollapseMesh {
   }
   /// Collects the neighbours of a vertex in ascending order, each with the number of triangles at the edge to it.
   void gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
-  /// Faster variant of gather() without an order.
+  /// Faster variant of gather(): the neighbours are in no particular order.
   void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
   /// Finds the vertices that are in both lists of neighbours.
   void find_common_neighbours(const std::vector<Neighbour>& one,
@@ -91,7 +91,7 @@ class CollapseMesh {
   /// Replaces vertex `gone` by `kept` in all triangles. Triangles that contain both are removed.
   void merge(std::uint32_t kept, std::uint32_t gone);
   /// Sets which triangles are two-sided. face_count_with_back_faces() counts these twice.
-  void count_sides(std::vector<std::uint8_t> of_triangles);
+  void set_two_sided(std::vector<std::uint8_t> of_triangles);
   /// Number of triangles, in which two-sided ones count twice.
   std::size_t face_count_with_back_faces() const { return faces + back_face_count; }
   /// Removes dead triangles and unused vertices from the arrays. The remaining ones keep their order.

@@ -18,8 +18,8 @@ namespace {
 constexpr std::size_t kMinPieceTriangles = 16'000;
 /// First and last value of the cost limit. The first is below rounding errors, the last above every cost.
 constexpr double kFirstCostLimit = 1e-16, kLastCostLimit = 1;
-/// Factor by which the cost limit grows in each step. Costs are distance times area, so a step removes at most a third
-/// of the triangles.
+/// Factor by which the cost limit grows in each step. Since costs are distances times areas, a step of this size
+/// removes at most a third of the triangles.
 constexpr double kCostLimitGrowth = 2;
 
 /// Number of steps by which the cost limit may grow before triangles are counted again. The number is as large as
@@ -52,9 +52,9 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
   parallel_for(fixed.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       fixed[v] = fixed[v] != 0 || (!label_of.empty() && label_of[v] == kSeveralLabels) ||
-                 std::any_of(untouched.begin(), untouched.end(), [&](const Ball& place) {
-                   const Vec3d from_centre = work.points[v] - place.center;
-                   return dot(from_centre, from_centre) < place.radius * place.radius;
+                 std::any_of(untouched.begin(), untouched.end(), [&](const Ball& ball) {
+                   const Vec3d from_centre = work.points[v] - ball.center;
+                   return dot(from_centre, from_centre) < ball.radius * ball.radius;
                  });
     }
   });
@@ -163,13 +163,13 @@ Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std:
       pieces_of(positions, dense.triangles, kMinPieceTriangles);
   const std::vector<std::uint8_t> fixed = fixed_vertices(dense, lists, untouched);
   std::vector<std::unique_ptr<Piece>> pieces(lists.size());
-  const auto each = [&](const auto& body) {
+  const auto for_each_piece = [&](const auto& body) {
     parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) body(i);
     });
   };
   IndexPool numbers(dense.points.size());
-  each([&](std::size_t i) {
+  for_each_piece([&](std::size_t i) {
     pieces[i] = std::make_unique<Piece>(dense, std::move(lists[i]), fixed, numbers, snap);
   });
   // Triangles at fixed vertices are added to the goal, since most of them cannot be removed.
@@ -179,7 +179,7 @@ Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std:
   for (double cost = kFirstCostLimit; cost < kLastCostLimit;) {
     const int steps = cost_steps(static_cast<double>(left) / goal);
     if (steps == 0) break;
-    each([&](std::size_t i) {
+    for_each_piece([&](std::size_t i) {
       double piece_triangles = cost;
       for (int step = 0; step < steps; ++step)
         pieces[i]->collapser().collapse_up_to_cost(piece_triangles *= kCostLimitGrowth);

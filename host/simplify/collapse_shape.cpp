@@ -29,8 +29,8 @@ constexpr double kMinDirectionLength = 0.3;
 /// Two adjacent triangles are folded onto each other if the cosine between their normals is below this; one value per
 /// leniency.
 constexpr std::array<double, 3> kMinFoldCosines{-0.8, -0.9, -0.985};
-/// Cosine of the largest turn of a triangle that cannot cause folds. On flat surfaces it saves nearly all checks for
-/// folds.
+/// If a collapse turns no triangle by more than the angle of this cosine, it cannot cause folds. On flat surfaces this
+/// saves nearly all checks for folds.
 constexpr double kSafeTurnCosine = 0.9999;
 /// Replaces kMinFoldCosines if collapses run until none is allowed.
 constexpr double kStrictMinFoldCosine = -0.5;

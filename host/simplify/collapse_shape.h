@@ -22,7 +22,7 @@ class CollapseShape {
 
   /// From now on, no edge may become sharp, and at edges that are sharp already, the cosine may fall by at most
   /// `sharpening`.
-  void limit_edges(double sharpening) { sharpening_ = sharpening; }
+  void limit_sharpening(double sharpening) { sharpening_ = sharpening; }
 
   /// True if every triangle that remains has an area, turns by less than the limit for `leniency`, does not face away
   /// from the surface that it replaces, and does not fold onto a neighbour unless it did before.

@@ -16,12 +16,12 @@ namespace kiln {
 class CurvatureWeights {
  public:
   CurvatureWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
-      : positions_(positions), facing_(positions.size()) {
+      : positions_(positions), vertex_normals_(positions.size()) {
     for (const Triangle& t : triangles) {
       const Vec3d normal = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
-      for (const std::uint32_t v : t) facing_[v] += normal;
+      for (const std::uint32_t v : t) vertex_normals_[v] += normal;
     }
-    for (Vec3d& normal : facing_) {
+    for (Vec3d& normal : vertex_normals_) {
       if (const double size = length(normal); size > 0) normal = normal * (1 / size);
     }
   }
@@ -32,7 +32,8 @@ class CurvatureWeights {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
       const Vec3d side = at(b) - at(a);
-      const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
+      const double turn = dot(vertex_normals_[b] - vertex_normals_[a], side),
+                   square = dot(side, side);
       if (square > 0) bent += (turn > 0 ? turn : -kConcaveWeight * turn) / square;
     }
     return 1 + kSampleCurvatureWeight * bent / 3;
@@ -46,7 +47,7 @@ class CurvatureWeights {
   Vec3d at(std::uint32_t vertex) const { return to_double(positions_[vertex]); }
 
   std::span<const Vec3> positions_;
-  std::vector<Vec3d> facing_;  ///< Unit normals at the vertices
+  std::vector<Vec3d> vertex_normals_;  ///< Unit normals at the vertices
 };
 
 }  // namespace kiln

@@ -12,8 +12,9 @@ namespace {
 
 /// Maximum number of samples that improved_position() uses.
 constexpr std::size_t kMaxMoveSamples = 128;
-/// Weights in improved_position(): of a sample at distance 0, relative to a sample at the bound; and of displacement
-/// tangential to the surface.
+/// Weights in improved_position(). kZeroDistanceWeight: weight of a sample at distance 0, relative to a sample at the
+/// bound. kBoundTangentialWeight: weight of displacement tangential to the surface, relative to displacement along the
+/// normal.
 constexpr double kZeroDistanceWeight = 0.01, kBoundTangentialWeight = 0.02;
 
 /// Rounds a point to single precision, in which the final deviation is measured.
@@ -120,12 +121,12 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
   }
 }
 
-void DeviationBound::tighten_limits(std::span<const Ball> places) {
+void DeviationBound::tighten_limits(std::span<const Ball> balls) {
   for (std::size_t i = 0; i < squared_limits_.size(); ++i) {
     const Vec3d p = to_double(samples_.points[i]);
-    const bool is_inside = std::any_of(places.begin(), places.end(), [&](const Ball& place) {
-      const Vec3d offset_from_center = p - place.center;
-      return dot(offset_from_center, offset_from_center) < place.radius * place.radius;
+    const bool is_inside = std::any_of(balls.begin(), balls.end(), [&](const Ball& ball) {
+      const Vec3d offset_from_center = p - ball.center;
+      return dot(offset_from_center, offset_from_center) < ball.radius * ball.radius;
     });
     if (is_inside) squared_limits_[i] *= 1.0 / 16;
   }
@@ -169,11 +170,12 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
   reassigned_triangles_.clear();
   star_index_.clear();
   new_triangles_.clear();
-  const Vec3d place = round_to_single(target);
-  // The triangles around a vertex that does not move remain unchanged. Only those around the other vertex are added.
-  if (anchor != Anchor::first) add_triangles_around(mesh, a, b, place, true);
+  const Vec3d position = round_to_single(target);
+  // If one of the two vertices does not move, the triangles around it do not change. Only those around the other vertex
+  // are added.
+  if (anchor != Anchor::first) add_triangles_around(mesh, a, b, position, true);
   if (b != kNoVertex && anchor != Anchor::second) {
-    add_triangles_around(mesh, b, a, place, anchor == Anchor::first);
+    add_triangles_around(mesh, b, a, position, anchor == Anchor::first);
   }
 }
 
@@ -221,8 +223,8 @@ bool DeviationBound::assign() {
 
 /// True if the new triangles are within the bound of the high poly. Tested at the moved vertex, at the triangles'
 /// centroids and at the middles of moved edges.
-bool DeviationBound::is_near_high_poly(const Vec3d& place) {
-  const auto is_off = [&](const Vec3d& p) {
+bool DeviationBound::is_near_high_poly(const Vec3d& position) {
+  const auto is_too_far = [&](const Vec3d& p) {
     const Vec3 at = to_float(p);
     if (samples_.surface.is_within(at, squared_bound_)) return false;
     refused_ratio_ = samples_.surface.is_within(at, kMaxRecoverableRatio * squared_bound_)
@@ -230,17 +232,18 @@ bool DeviationBound::is_near_high_poly(const Vec3d& place) {
                          : kMaxRecoverableRatio;
     return true;
   };
-  const auto is_face_off = [&](const Face& f) {
-    if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
-    // The triangle's other moved edge is tested with the neighbour that shares it. On a border there is no such
-    // neighbour.
-    const bool shared =
+  const auto is_face_too_far = [&](const Face& f) {
+    if (is_too_far(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_too_far(f.a + f.ab * 0.5)) return true;
+    // The triangle's other moved edge is usually tested with the neighbour that shares it. On a border there is no such
+    // neighbour, so the edge is tested here.
+    const bool is_shared =
         std::any_of(new_triangles_.begin(), new_triangles_.end(), [&](const Face& other) {
           return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
         });
-    return !shared && is_off(f.a + f.ac * 0.5);
+    return !is_shared && is_too_far(f.a + f.ac * 0.5);
   };
-  if (!is_off(place) && std::none_of(new_triangles_.begin(), new_triangles_.end(), is_face_off))
+  if (!is_too_far(position) &&
+      std::none_of(new_triangles_.begin(), new_triangles_.end(), is_face_too_far))
     return true;
   has_refused_ = true;
   return false;
@@ -274,8 +277,8 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, DistanceNorm which)
   for (const std::uint32_t t : reassigned_triangles_) count += count_[t];
   const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
   for (std::size_t i = 0; i < reassigned_triangles_.size(); ++i) {
-    // Of many samples, every stride-th of each triangle is used, starting with the triangle's first one, which is often
-    // the farthest.
+    // If there are many samples, only every stride-th sample of each triangle is used. A triangle's first sample is
+    // always used, since it is often the farthest.
     std::size_t sample_index = 0;
     for (std::uint32_t s = first_sample_[reassigned_triangles_[i]]; s != kNoVertex;
          s = next_sample_[s]) {
@@ -287,14 +290,14 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, DistanceNorm which)
       std::array<double, 3> share{};
       squared_distance_to_face(f, p, 0, &share);
       if (!(share[0] > 0)) continue;
-      const Vec3d rest = p - f.a - f.ab * share[1] - f.ac * share[2];
-      const double size = length(rest), relative = found.squared;
+      const Vec3d offset = p - f.a - f.ab * share[1] - f.ac * share[2];
+      const double size = length(offset), squared_ratio = found.squared;
       Vec3d along = f.size > 0 ? f.normal * (1 / std::sqrt(f.size)) : Vec3d{};
-      if (relative > 1e-6) along = rest * (1 / size);
+      if (squared_ratio > 1e-6) along = offset * (1 / size);
       const double w = which == DistanceNorm::all
                            ? share[0]
-                           : (relative * relative + kZeroDistanceWeight) * share[0];
-      const double square = w * share[0], pull = w * dot(along, rest);
+                           : (squared_ratio * squared_ratio + kZeroDistanceWeight) * share[0];
+      const double square = w * share[0], pull = w * dot(along, offset);
       xx += square * along.x * along.x, xy += square * along.x * along.y;
       xz += square * along.x * along.z, yy += square * along.y * along.y;
       yz += square * along.y * along.z, zz += square * along.z * along.z;

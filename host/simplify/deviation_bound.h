@@ -36,8 +36,8 @@ enum class DistanceNorm : std::uint8_t { large, all };
 /// is assigned to a triangle of the low poly. A collapse reassigns the samples of the triangles around it, each to the
 /// nearest triangle that remains (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The distance
 /// to the assigned triangle is an upper bound of the true distance. Corners, centroids and middles of edges of the low
-/// poly must be within the bound of the high poly, too: a thin bar that grows thick would keep all samples within the
-/// bound.
+/// poly must be within the bound of the high poly, too. Without this test, a thin bar could grow thick while all
+/// samples stay within the bound.
 class DeviationBound {
  public:
   /// \param samples  must outlive this object
@@ -48,7 +48,7 @@ class DeviationBound {
   /// True if all samples were within the bound when this object was built.
   bool was_within_bound() const { return was_within_bound_; }
   /// Divides the distance limit of each sample that lies in at least one of the balls by 4.
-  void tighten_limits(std::span<const Ball> places);
+  void tighten_limits(std::span<const Ball> balls);
 
   /// True if an edge may collapse to `target`. Stores the new triangles of the samples, for the collapse that follows.
   /// \param b  second vertex of the edge; kNoVertex if `a` moves without a collapse
@@ -86,14 +86,14 @@ class DeviationBound {
                             const Vec3d& target, bool with_common);
   SampleAssignment nearest_new_triangle(std::uint32_t sample, std::size_t first) const;
   bool assign();
-  bool is_near_high_poly(const Vec3d& place);
+  bool is_near_high_poly(const Vec3d& position);
 
   const BoundSamples& samples_;
   std::vector<double> squared_limits_;  ///< Squared distance limit of each sample
   double squared_bound_;  ///< Squared bound on distances from the low poly to the high poly
   bool was_within_bound_ = true, has_refused_ = false;
-  double refused_ratio_ =
-      0;  ///< The ratio of squared distance to squared limit for which keeps() last returned false
+  /// Squared distance over squared limit, of the sample for which keeps() last returned false
+  double refused_ratio_ = 0;
   std::vector<std::uint32_t> first_sample_;  ///< First sample of each triangle, or kNoVertex
   std::vector<std::uint32_t> count_;         ///< Number of samples of each triangle
   /// For each sample, the next one of the same triangle, or kNoVertex

@@ -25,9 +25,9 @@ struct QuadraticForm {
 std::optional<Vec3d> minimum_on_line(const QuadraticForm& form, const Vec3d& at, const Vec3d& along,
                                      std::span<const HalfSpace> half_spaces) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
-  for (const HalfSpace& space : half_spaces) {
-    const double slope = dot(space.normal, along);
-    const double gap = space.offset - dot(space.normal, at);
+  for (const HalfSpace& half_space : half_spaces) {
+    const double slope = dot(half_space.normal, along);
+    const double gap = half_space.offset - dot(half_space.normal, at);
     if (std::abs(slope) < kMaxParallelSine) {
       if (gap > kHullRounding) return std::nullopt;
     } else if (slope > 0) {
@@ -58,16 +58,16 @@ std::optional<Vec3d> minimum_on_plane(const QuadraticForm& form, const HalfSpace
   Vec3d best =
       from + u * ((ru * vv - rv * uv) / determinant) + v * ((rv * uu - ru * uv) / determinant);
   for (std::size_t i = 0; i < half_spaces.size(); ++i) {
-    const HalfSpace& space = half_spaces[i];
-    if (dot(space.normal, best) >= space.offset - kHullRounding) continue;
-    const Vec3d along = cross(n, space.normal);
+    const HalfSpace& half_space = half_spaces[i];
+    if (dot(half_space.normal, best) >= half_space.offset - kHullRounding) continue;
+    const Vec3d along = cross(n, half_space.normal);
     const double sine = length(along);
     if (sine < kMaxParallelSine) return std::nullopt;
     // The search starts at a point on the intersection line of the two planes.
-    const double cosine = dot(n, space.normal);
+    const double cosine = dot(n, half_space.normal);
     const double share = 1 / (sine * sine);
-    const Vec3d at = n * ((plane.offset - space.offset * cosine) * share) +
-                     space.normal * ((space.offset - plane.offset * cosine) * share);
+    const Vec3d at = n * ((plane.offset - half_space.offset * cosine) * share) +
+                     half_space.normal * ((half_space.offset - plane.offset * cosine) * share);
     const std::optional<Vec3d> on_line =
         minimum_on_line(form, at, along * (1 / sine), half_spaces.first(i));
     if (!on_line) return std::nullopt;
@@ -136,15 +136,16 @@ std::optional<Vec3d> minimum_within(const Quadric& q, const Vec3d& a, const Vec3
                                     std::span<const HalfSpace> half_spaces, double slack) {
   const Vec3d middle = (a + b) * 0.5;
   // A weak attraction to the edge's middle keeps the matrix regular, as in Quadric::best_near.
-  const double pull = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
-  QuadraticForm form{{q.xx + pull, q.xy, q.xz},
-                     {q.xy, q.yy + pull, q.yz},
-                     {q.xz, q.yz, q.zz + pull},
+  const double attraction = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
+  QuadraticForm form{{q.xx + attraction, q.xy, q.xz},
+                     {q.xy, q.yy + attraction, q.yz},
+                     {q.xz, q.yz, q.zz + attraction},
                      {-(q.xx * middle.x + q.xy * middle.y + q.xz * middle.z + q.x),
                       -(q.xy * middle.x + q.yy * middle.y + q.yz * middle.z + q.y),
                       -(q.xz * middle.x + q.yz * middle.y + q.zz * middle.z + q.z)}};
   std::vector<HalfSpace> offset_half_spaces(half_spaces.begin(), half_spaces.end());
-  for (HalfSpace& space : offset_half_spaces) space.offset += slack - dot(space.normal, middle);
+  for (HalfSpace& half_space : offset_half_spaces)
+    half_space.offset += slack - dot(half_space.normal, middle);
   const Vec3d c12 = cross(form.row1, form.row2), c20 = cross(form.row2, form.row0),
               c01 = cross(form.row0, form.row1);
   Vec3d best =
@@ -201,9 +202,9 @@ bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t
   });
   if (!is_outside_planes || is_on_open_border_[vertex] == 0) return is_outside_planes;
   each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
-    const Vec3d across = cross(to - from, normal);
-    is_outside_planes =
-        is_outside_planes && dot(across, target - from) >= -kHullRounding * length(across);
+    const Vec3d border_normal = cross(to - from, normal);
+    is_outside_planes = is_outside_planes &&
+                        dot(border_normal, target - from) >= -kHullRounding * length(border_normal);
   });
   return is_outside_planes;
 }

@@ -70,8 +70,8 @@ struct NoDataRule {
   static constexpr double kRelativeTolerance = 1e-6;
   /// Minimum distance between the value and the next one, as a multiple of the range of all other values
   static constexpr double kMinGap = 1;
-  static constexpr double kMinDoubtfulGap =
-      10;  ///< As kMinGap, for a warning about a value that no known program writes
+  /// Like kMinGap, but for a value that no known program writes: such a value only causes a warning
+  static constexpr double kMinDoubtfulGap = 10;
   static constexpr std::uint64_t kMinDoubtfulPixels =
       2;  ///< Such a warning requires that at least this many pixels have the value
 
@@ -147,12 +147,12 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
     // Files may state the lowest or highest float in decimal digits that round to a value beyond the range of floats.
     constexpr double kLargestFloat = std::numeric_limits<float>::max();
     const double no_data_value = std::clamp(*given_no_data, -kLargestFloat, kLargestFloat);
-    const auto is_given = [&](double pixel) {
+    const auto is_given_no_data = [&](double pixel) {
       return heights.largest == 1 ? pixel == static_cast<float>(no_data_value) ||
                                         NoDataRule::is(pixel, no_data_value)
                                   : std::round(pixel * heights.largest) == no_data_value;
     };
-    if (remove_values(is_given) != 0) found.values.push_back(*given_no_data);
+    if (remove_values(is_given_no_data) != 0) found.values.push_back(*given_no_data);
   } else if (guess && !given_no_data && heights.largest == 1) {
     for (ExtremeValues ends = ExtremeValues::of(image); ends.any; ends = ExtremeValues::of(image)) {
       bool search_again = false;
@@ -217,7 +217,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
       mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
     }
   }
-  const auto is_there = [&image](std::uint32_t pixel) {
+  const auto has_height = [&image](std::uint32_t pixel) {
     return std::isfinite(image.pixels[std::size_t{pixel} * image.channels]);
   };
   mesh.triangles.reserve(std::size_t{2} * (image.width - 1) * (image.height - 1));
@@ -227,7 +227,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
       const std::uint32_t lower_vertex = upper_vertex + image.width;
       for (const Triangle& t : {Triangle{lower_vertex, lower_vertex + 1, upper_vertex + 1},
                                 Triangle{lower_vertex, upper_vertex + 1, upper_vertex}}) {
-        if (std::all_of(t.begin(), t.end(), is_there)) mesh.triangles.push_back(t);
+        if (std::all_of(t.begin(), t.end(), has_height)) mesh.triangles.push_back(t);
       }
     }
   }

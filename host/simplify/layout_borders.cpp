@@ -67,7 +67,7 @@ LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle
                              const std::vector<std::uint8_t>& on_border, const LayoutCopies& copies)
     : copies_(&copies),
       chart_of_uv_(uvs.size(), 0),
-      place_of_uv_(uvs.size(), 0),
+      position_of_uv_(uvs.size(), 0),
       index_of_uv_(uvs.size(), kNoIndex) {
   for (std::size_t t = 0; t < corners.size(); ++t) {
     for (const std::uint32_t c : corners[t]) chart_of_uv_[c] = charts[t];
@@ -85,13 +85,13 @@ LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle
   const auto key = [&](std::uint32_t i) {
     return std::tuple(uvs[i].y, uvs[i].x, copies_->first_copy(i));
   };
-  const auto is_same_place = [&](std::uint32_t i, std::uint32_t j) { return key(i) == key(j); };
+  const auto is_same_position = [&](std::uint32_t i, std::uint32_t j) { return key(i) == key(j); };
   std::sort(border_corners_.begin(), border_corners_.end(), [&](std::uint32_t i, std::uint32_t j) {
     return std::tuple_cat(key(i), std::tuple(i)) < std::tuple_cat(key(j), std::tuple(j));
   });
   std::size_t count = 0;
   for (std::size_t i = 0; i < border_corners_.size(); ++i) {
-    count += i == 0 || !is_same_place(border_corners_[i - 1], border_corners_[i]) ? 1 : 0;
+    count += i == 0 || !is_same_position(border_corners_[i - 1], border_corners_[i]) ? 1 : 0;
   }
   cells_per_side_ = static_cast<std::uint32_t>(
       std::clamp(std::sqrt(static_cast<double>(count) / 2), 1.0, 1024.0));
@@ -100,20 +100,20 @@ LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle
   };
   std::stable_sort(border_corners_.begin(), border_corners_.end(),
                    [&](std::uint32_t i, std::uint32_t j) { return cell(i) < cell(j); });
-  first_place_of_cell_.assign(std::size_t{cells_per_side_} * cells_per_side_ + 1, 0);
-  border_places_.reserve(count);
+  first_position_of_cell_.assign(std::size_t{cells_per_side_} * cells_per_side_ + 1, 0);
+  border_positions_.reserve(count);
   for (std::uint32_t i = 0; i < border_corners_.size(); ++i) {
     const std::uint32_t uv = border_corners_[i];
-    if (i == 0 || !is_same_place(border_corners_[i - 1], uv)) {
-      border_places_.push_back({i, 0});
-      ++first_place_of_cell_[cell(uv) + 1];
+    if (i == 0 || !is_same_position(border_corners_[i - 1], uv)) {
+      border_positions_.push_back({i, 0});
+      ++first_position_of_cell_[cell(uv) + 1];
     }
-    ++border_places_.back().count;
-    place_of_uv_[uv] = static_cast<std::uint32_t>(border_places_.size() - 1);
+    ++border_positions_.back().count;
+    position_of_uv_[uv] = static_cast<std::uint32_t>(border_positions_.size() - 1);
     index_of_uv_[uv] = i;
   }
-  std::partial_sum(first_place_of_cell_.begin(), first_place_of_cell_.end(),
-                   first_place_of_cell_.begin());
+  std::partial_sum(first_position_of_cell_.begin(), first_position_of_cell_.end(),
+                   first_position_of_cell_.begin());
   find_overlaps(uvs, corners, charts);
 }
 
@@ -133,9 +133,9 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
     const std::uint32_t first = copies_->first_triangle_copy(static_cast<std::uint32_t>(t));
     if (first == t || is_overlapping_triangle[first] != 0) return false;
     const auto at = [&](std::size_t of, std::size_t k) { return uvs[corners[of][k % 3]]; };
-    for (std::size_t turn = 0; turn < 3; ++turn) {
-      if (at(t, 0) == at(first, turn) && at(t, 1) == at(first, turn + 1) &&
-          at(t, 2) == at(first, turn + 2)) {
+    for (std::size_t rotation = 0; rotation < 3; ++rotation) {
+      if (at(t, 0) == at(first, rotation) && at(t, 1) == at(first, rotation + 1) &&
+          at(t, 2) == at(first, rotation + 2)) {
         return true;
       }
     }
@@ -178,8 +178,8 @@ std::uint32_t LayoutBorders::row(float v) const {
 
 void LayoutBorders::remove(std::uint32_t uv) {
   if (index_of_uv_[uv] == kNoIndex) return;
-  BorderPosition& place = border_places_[place_of_uv_[uv]];
-  const std::uint32_t last = border_corners_[place.first + --place.count];
+  BorderPosition& border_position = border_positions_[position_of_uv_[uv]];
+  const std::uint32_t last = border_corners_[border_position.first + --border_position.count];
   border_corners_[index_of_uv_[uv]] = last;
   index_of_uv_[last] = index_of_uv_[uv];
   index_of_uv_[uv] = kNoIndex;
@@ -189,32 +189,34 @@ bool LayoutBorders::may_remove(std::span<const Vec2> uvs, std::uint32_t before, 
                                std::uint32_t after) const {
   const Vec2 &a = uvs[before], &b = uvs[gone], &c = uvs[after];
   if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return true;
-  const double turn = doubled_area(a, b, c);
-  if (turn == 0) return true;
-  const double sign = turn > 0 ? 1 : -1;
+  const double signed_area = doubled_area(a, b, c);
+  if (signed_area == 0) return true;
+  const double sign = signed_area > 0 ? 1 : -1;
   const std::uint32_t own_group = chart_group_[chart_of_uv_[gone]];
   const auto [left, right] = std::minmax({a.x, b.x, c.x});
   const auto [bottom, top] = std::minmax({a.y, b.y, c.y});
   for (std::uint32_t y = row(bottom); y <= row(top); ++y) {
     for (std::uint32_t x = column(left); x <= column(right); ++x) {
       const std::size_t cell = std::size_t{y} * cells_per_side_ + x;
-      for (std::uint32_t i = first_place_of_cell_[cell]; i < first_place_of_cell_[cell + 1]; ++i) {
-        const std::span<const std::uint32_t> place_corners(
-            border_corners_.data() + border_places_[i].first, border_places_[i].count);
-        if (place_corners.empty()) continue;
-        const Vec2& p = uvs[place_corners[0]];
+      for (std::uint32_t i = first_position_of_cell_[cell]; i < first_position_of_cell_[cell + 1];
+           ++i) {
+        const std::span<const std::uint32_t> corners_at_position(
+            border_corners_.data() + border_positions_[i].first, border_positions_[i].count);
+        if (corners_at_position.empty()) continue;
+        const Vec2& p = uvs[corners_at_position[0]];
         if (p == a || p == c ||
-            (p == b && copies_->first_copy(place_corners[0]) == copies_->first_copy(gone)))
+            (p == b && copies_->first_copy(corners_at_position[0]) == copies_->first_copy(gone)))
           continue;
         if (!(sign * doubled_area(a, b, p) >= 0 && sign * doubled_area(b, c, p) >= 0 &&
               sign * doubled_area(c, a, p) >= 0)) {
           continue;
         }
         // Borders of charts that overlapped from the start do not block each other.
-        const auto holds = [&](std::uint32_t other) {
+        const auto may_block = [&](std::uint32_t other) {
           return overlapping_[own_group] == 0 || chart_group_[chart_of_uv_[other]] != own_group;
         };
-        if (std::any_of(place_corners.begin(), place_corners.end(), holds)) return false;
+        if (std::any_of(corners_at_position.begin(), corners_at_position.end(), may_block))
+          return false;
       }
     }
   }

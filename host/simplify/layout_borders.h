@@ -49,12 +49,12 @@ class LayoutBorders {
   std::vector<std::uint8_t> overlapping_;  ///< For each group, 1 if its charts overlap each other
   Vec2 low_{}, size_{1, 1};
   std::uint32_t cells_per_side_ = 1;  ///< Number of cells along a side of the grid
-  /// For each cell of the grid, its first position in border_places_; one extra entry at the end
-  std::vector<std::uint32_t> first_place_of_cell_;
-  std::vector<BorderPosition> border_places_;
+  /// For each cell of the grid, its first position in border_positions_; one extra entry at the end
+  std::vector<std::uint32_t> first_position_of_cell_;
+  std::vector<BorderPosition> border_positions_;
   std::vector<std::uint32_t> border_corners_;  ///< UVs of the border corners, grouped by position
-  /// For each UV on a border, its index in border_places_
-  std::vector<std::uint32_t> place_of_uv_;
+  /// For each UV on a border, its index in border_positions_
+  std::vector<std::uint32_t> position_of_uv_;
   /// For each UV, its index in border_corners_; kNoIndex if it is not on a border
   std::vector<std::uint32_t> index_of_uv_;
 };

@@ -18,7 +18,7 @@ constexpr double kMaxCopyDistance = 1e-5, kCellSize = 1.0 / 1024;
 struct CopyCenter {
   /// Whole-number UV offset that moves the triangle's centroid into the unit square.
   std::array<double, 2> whole_offset{};
-  std::array<double, 2> middle{};
+  std::array<double, 2> center{};
 };
 
 std::int64_t cell_of(double value) {
@@ -34,14 +34,14 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y) {
 LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> corners)
     : on_fold_(uvs.size(), 0), first_triangle_copy_(corners.size()) {
   std::iota(first_triangle_copy_.begin(), first_triangle_copy_.end(), 0U);
-  std::vector<CopyCenter> places(corners.size());
+  std::vector<CopyCenter> centers(corners.size());
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> triangles_of_cell;
   triangles_of_cell.reserve(corners.size());
   DisjointSets copy_sets(uvs.size());
   const auto at = [&](std::uint32_t t, std::size_t k) {
     const Vec2& uv = uvs[corners[t][k]];
-    return std::array<double, 2>{uv.x - places[t].whole_offset[0],
-                                 uv.y - places[t].whole_offset[1]};
+    return std::array<double, 2>{uv.x - centers[t].whole_offset[0],
+                                 uv.y - centers[t].whole_offset[1]};
   };
   /// Finds, for each corner of t, the corresponding corner of `other`. Returns false if a corner has none.
   const auto matches = [&](std::uint32_t t, std::uint32_t other, std::array<std::size_t, 3>& of) {
@@ -65,11 +65,11 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     const double doubled_area =
         (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
     if (doubled_area == 0) continue;
-    CopyCenter& place = places[t];
+    CopyCenter& copy_center = centers[t];
     const double u = (double{a.x} + b.x + c.x) / 3, v = (double{a.y} + b.y + c.y) / 3;
-    place.whole_offset = {std::floor(u), std::floor(v)};
-    place.middle = {u - place.whole_offset[0], v - place.whole_offset[1]};
-    const std::int64_t x = cell_of(place.middle[0]), y = cell_of(place.middle[1]);
+    copy_center.whole_offset = {std::floor(u), std::floor(v)};
+    copy_center.center = {u - copy_center.whole_offset[0], v - copy_center.whole_offset[1]};
+    const std::int64_t x = cell_of(copy_center.center[0]), y = cell_of(copy_center.center[1]);
     std::array<std::size_t, 3> of{};
     std::uint32_t first_copy = t;
     for (std::int64_t row = y - 1; row <= y + 1; ++row) {
@@ -89,14 +89,14 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
           t);  // The first of several copies represents all of them
       continue;
     }
-    any_ = true;
+    has_any_copies_ = true;
     first_triangle_copy_[t] = first_copy;
     for (std::size_t k = 0; k < 3; ++k) {
       copy_sets.join(corners[t][k], corners[first_copy][of[k]]);
       if (corners[t][k] == corners[first_copy][of[k]]) on_fold_[corners[t][k]] = 1;
     }
   }
-  if (!any_) return;
+  if (!has_any_copies_) return;
   next_copy_.resize(uvs.size());
   first_copy_.resize(uvs.size());
   std::iota(next_copy_.begin(), next_copy_.end(), 0U);

@@ -25,15 +25,15 @@ LowPolyBytes low_poly_bytes(std::uint64_t vertices, std::uint64_t faces, std::ui
 
 std::uint64_t split_vertices(const Mesh& mesh) {
   const std::size_t count = mesh.triangles.size();
-  const bool laid_out = mesh.uv_triangles.size() == count;
-  const bool facing = mesh.normal_triangles.size() == count;
-  if (!laid_out && !facing) return mesh.positions.size();
+  const bool has_uvs = mesh.uv_triangles.size() == count;
+  const bool has_normals = mesh.normal_triangles.size() == count;
+  if (!has_uvs && !has_normals) return mesh.positions.size();
   std::vector<std::array<std::uint32_t, 3>> corners;
   corners.reserve(3 * count);
   for (std::size_t t = 0; t < count; ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      corners.push_back({mesh.triangles[t][k], laid_out ? mesh.uv_triangles[t][k] : 0,
-                         facing ? mesh.normal_triangles[t][k] : 0});
+      corners.push_back({mesh.triangles[t][k], has_uvs ? mesh.uv_triangles[t][k] : 0,
+                         has_normals ? mesh.normal_triangles[t][k] : 0});
     }
   }
   std::sort(corners.begin(), corners.end());

@@ -35,8 +35,8 @@ std::vector<double> smallest_face_cosine(const std::vector<Vec3>& positions,
     if (!(size > 0) || !std::isfinite(size)) continue;
     const Eigen::RowVector3d unit = Eigen::RowVector3d(face.x, face.y, face.z) / size;
     for (std::size_t k = 0; k < 3; ++k) {
-      double& least = result[normal_of_corner[3 * t + k]];
-      least = std::min(least, normals.row(normal_of_corner[3 * t + k]).dot(unit));
+      double& min_cosine = result[normal_of_corner[3 * t + k]];
+      min_cosine = std::min(min_cosine, normals.row(normal_of_corner[3 * t + k]).dot(unit));
     }
   }
   return result;
@@ -74,16 +74,16 @@ void keep_facing_forward(const std::vector<Vec3>& positions, const std::vector<T
   const Normals original_normals = normals;
   const Normals base = angle_weighted(positions, triangles, normal_of_corner,
                                       static_cast<std::size_t>(normals.rows()));
-  const std::vector<double> of_base =
+  const std::vector<double> base_cosines =
       smallest_face_cosine(positions, triangles, normal_of_corner, base);
   for (int step = 1; step <= kBlendSteps; ++step) {
-    const std::vector<double> least =
+    const std::vector<double> cosines =
         smallest_face_cosine(positions, triangles, normal_of_corner, normals);
     const double share = static_cast<double>(step) / kBlendSteps;
     bool any = false;
     for (Eigen::Index i = 0; i < normals.rows(); ++i) {
       const auto k = static_cast<std::size_t>(i);
-      if (least[k] >= std::min(kMinFacingCosine, of_base[k])) continue;
+      if (cosines[k] >= std::min(kMinFacingCosine, base_cosines[k])) continue;
       normals.row(i) = (original_normals.row(i) * (1 - share) + base.row(i) * share).normalized();
       any = true;
     }
@@ -163,28 +163,28 @@ void NormalFans::join_over_edges(const Mesh& low, std::size_t vertices, double l
 
 void NormalFans::soften(const Normals& normals, const std::vector<std::uint32_t>& normal_of_corner,
                         double of_seams, double of_creases) {
-  std::size_t kept = 0;
+  std::size_t kept_count = 0;
   for (const Seam& seam : seam_edges_) {
-    const auto near = [&](const std::array<std::uint32_t, 2>& corners) {
+    const auto are_close = [&](const std::array<std::uint32_t, 2>& corners) {
       return normals.row(normal_of_corner[corners[0]])
                  .dot(normals.row(normal_of_corner[corners[1]])) >
              (seam.is_crease ? of_creases : of_seams);
     };
-    if (near(seam.ends[0]) && near(seam.ends[1])) {
+    if (are_close(seam.ends[0]) && are_close(seam.ends[1])) {
       for (const auto& corners : seam.ends) corner_sets_.join(corners[0], corners[1]);
     } else {
-      seam_edges_[kept++] = seam;
+      seam_edges_[kept_count++] = seam;
     }
   }
-  seam_edges_.resize(kept);
+  seam_edges_.resize(kept_count);
 }
 
 std::vector<std::uint32_t> NormalFans::normal_of_corner() {
   constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> number(3 * welded_.size(), kNone), result(number.size());
+  std::vector<std::uint32_t> normal_index(3 * welded_.size(), kNone), result(normal_index.size());
   count_ = 0;
   for (const std::uint32_t i : corners_by_vertex_) {
-    std::uint32_t& slot = number[corner_sets_.find(i)];
+    std::uint32_t& slot = normal_index[corner_sets_.find(i)];
     if (slot == kNone) slot = static_cast<std::uint32_t>(count_++);
     result[i] = slot;
   }
@@ -198,9 +198,10 @@ void NormalFans::find_seams(std::size_t vertices) {
         for (std::size_t i = 1; i < sides.size(); ++i) {
           const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
           const auto ends = ends_of(a, b, one, other);
-          const bool parts = corner_sets_.find(ends[0][0]) != corner_sets_.find(ends[0][1]) ||
-                             corner_sets_.find(ends[1][0]) != corner_sets_.find(ends[1][1]);
-          if (parts && a != b) seam_edges_.push_back({ends, !is_seam(ends)});
+          const bool are_normals_split =
+              corner_sets_.find(ends[0][0]) != corner_sets_.find(ends[0][1]) ||
+              corner_sets_.find(ends[1][0]) != corner_sets_.find(ends[1][1]);
+          if (are_normals_split && a != b) seam_edges_.push_back({ends, !is_seam(ends)});
         }
       });
 }

@@ -37,7 +37,7 @@ void keep_facing_forward(const std::vector<Vec3>& positions, const std::vector<T
                          const std::vector<std::uint32_t>& normal_of_corner, Normals& normals);
 
 /// Corners share a normal if they share a vertex and its UV. So splitting normals at UV seams costs no extra vertices.
-/// Splitting them at creases does, and is optional.
+/// Splitting them at creases does cost vertices, and is optional.
 class NormalFans {
  public:
   /// \param sides  two-sided triangles of `low`: the front and the back of a sheet share no normal, nor do a one-sided

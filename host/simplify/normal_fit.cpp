@@ -38,7 +38,7 @@ constexpr double kNormalRounding = 1e-9;
 /// not differ visibly from smooth normals.
 constexpr std::size_t kMaxSmoothedTriangles = 200'000;
 /// Relative residual at which the linear solver stops: in full fits, and in draft fits.
-constexpr double kTolerance = 1e-6, kDraftTolerance = 1e-3;
+constexpr double kSolverTolerance = 1e-6, kDraftSolverTolerance = 1e-3;
 /// A sample only counts if the cosine between its normal and the normal of the low-poly face is at least this.
 constexpr double kMinNormalCosine = 0.2;
 /// Range of the weight of the faces' area-weighted normals relative to the samples, for the smoothest and for the
@@ -102,9 +102,9 @@ void NormalFit::find_hard_edges() {
   const auto normal_of = [&](std::size_t triangle, std::size_t corner) {
     return to_double(high_.normals[high_.normal_triangles[triangle][corner]]);
   };
-  // At both ends of a hard edge, two normals enclose more than kMinHardEdgeDegrees. So one of them is more than half of
-  // that from the vertex's first normal. A high poly without such vertices, such as a scan, has no hard edges, and the
-  // search for them ends here.
+  // At both ends of a hard edge, two normals enclose more than kMinHardEdgeDegrees. So at least one of the two differs
+  // by more than half of that angle from the vertex's first normal. A high poly without such vertices, such as a scan,
+  // has no hard edges, and the search for them ends here.
   const double nearby = cosine_of(0.49 * kMinHardEdgeDegrees);
   std::vector<std::uint32_t> first_corner(positions_.size(), kNoSide);
   std::vector<bool> is_split(positions_.size());
@@ -133,9 +133,9 @@ void NormalFit::find_hard_edges() {
     const Triangle& t = welded[triangle];
     return normal_of(source[triangle], t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2);
   };
-  const double most = cosine_of(kMinHardEdgeDegrees);
+  const double max_cosine = cosine_of(kMinHardEdgeDegrees);
   const auto parts = [&](const Vec3d& a, const Vec3d& b) {
-    return dot(a, b) < most * length(a) * length(b);
+    return dot(a, b) < max_cosine * length(a) * length(b);
   };
   SideLists(welded, positions_.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
@@ -235,7 +235,7 @@ bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& sha
 std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, const Mesh& low,
                                                              const TwoSided& sides) const {
   std::vector<SampleMatch> result(count);
-  const double whole = area_sums_.back();
+  const double total_area = area_sums_.back();
   const std::vector<Vec3> low_points = frame_.to_frame(low);
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> source;
@@ -259,7 +259,7 @@ std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, 
   parallel_for(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     std::uint32_t nearest = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      const double at = whole * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+      const double at = total_area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
       const auto found = std::upper_bound(area_sums_.begin(), area_sums_.end(), at);
       if (found == area_sums_.end()) continue;
       const auto t = static_cast<std::size_t>(found - area_sums_.begin());
@@ -274,24 +274,24 @@ std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, 
       const Vec3d point = to_double(positions_[c[0]]) * share[0] +
                           to_double(positions_[c[1]]) * share[1] +
                           to_double(positions_[c[2]]) * share[2];
-      SampleMatch& place = result[i];
+      SampleMatch& match = result[i];
       const Vec3 rounded = to_float(point);
       // The search is bounded by the distance to the previous match. Samples follow the order of the high poly's
       // triangles, so consecutive matches are usually close.
       nearest = surface.nearest(rounded, squared_distance_bound(rounded, nearest));
-      place.triangle = source[nearest];
-      Vec3d face_normal = face_of(low_points, low.triangles[place.triangle]);
-      if (!sides.empty() && sides.twins[place.triangle] != TwoSided::kNone &&
+      match.triangle = source[nearest];
+      Vec3d face_normal = face_of(low_points, low.triangles[match.triangle]);
+      if (!sides.empty() && sides.twins[match.triangle] != TwoSided::kNone &&
           dot(face_normal, unit) < 0) {
-        place.triangle = sides.twins[place.triangle];
+        match.triangle = sides.twins[match.triangle];
         face_normal = face_normal * -1.0;
       }
-      const Triangle& l = low.triangles[place.triangle];
+      const Triangle& l = low.triangles[match.triangle];
       if (!(dot(face_normal, unit) > kMinNormalCosine * length(face_normal))) continue;
-      place.share =
+      match.share =
           barycentric_projection(point, to_double(low_points[l[0]]), to_double(low_points[l[1]]),
                                  to_double(low_points[l[2]]));
-      place.normal = normal;
+      match.normal = normal;
     }
   });
   return result;
@@ -305,7 +305,7 @@ class NormalFit::Solver {
   Solver(const std::vector<SampleMatch>& places, double sample_area,
          const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
          NormalPurpose purpose, double tolerance)
-      : places_(places),
+      : matches_(places),
         sample_area_(sample_area),
         purpose_(purpose),
         tolerance_(tolerance),
@@ -313,12 +313,12 @@ class NormalFit::Solver {
         triangles_(triangles),
         product_sums_(triangles.size(), std::array<double, 6>{}),
         residuals_(triangles.size(), 0.0) {
-    for (const SampleMatch& place : places) {
-      if (!place.has_match()) continue;
-      const auto& [x, y, z] = place.share;
+    for (const SampleMatch& match : places) {
+      if (!match.has_match()) continue;
+      const auto& [x, y, z] = match.share;
       const std::array<double, 6> coordinate_products{x * x, x * y, x * z, y * y, y * z, z * z};
       for (std::size_t i = 0; i < 6; ++i)
-        product_sums_[place.triangle][i] += sample_area * coordinate_products[i];
+        product_sums_[match.triangle][i] += sample_area * coordinate_products[i];
     }
   }
 
@@ -347,11 +347,11 @@ class NormalFit::Solver {
     if (purpose_ == NormalPurpose::map)
       faces = angle_weighted(positions_, triangles_, normal_of_corner, count);
     normalize(faces);
-    for (const SampleMatch& place : places_) {
-      if (!place.has_match()) continue;
+    for (const SampleMatch& match : matches_) {
+      if (!match.has_match()) continue;
       for (std::size_t k = 0; k < 3; ++k) {
-        right.row(normal_of_corner[3 * std::size_t{place.triangle} + k]) +=
-            sample_area_ * place.share[k] * row_of(place.normal);
+        right.row(normal_of_corner[3 * std::size_t{match.triangle} + k]) +=
+            sample_area_ * match.share[k] * row_of(match.normal);
       }
     }
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -379,15 +379,15 @@ class NormalFit::Solver {
     std::vector<double> number(residuals_.size(), 0.0);
     residuals_.assign(residuals_.size(), 0.0);
     double residual_sum = 0, count = 0;
-    for (const SampleMatch& place : places_) {
-      if (!place.has_match()) continue;
-      Eigen::RowVector3d residual = row_of(place.normal);
+    for (const SampleMatch& match : matches_) {
+      if (!match.has_match()) continue;
+      Eigen::RowVector3d residual = row_of(match.normal);
       for (std::size_t k = 0; k < 3; ++k) {
         residual -=
-            place.share[k] * normals.row(normal_of_corner[3 * std::size_t{place.triangle} + k]);
+            match.share[k] * normals.row(normal_of_corner[3 * std::size_t{match.triangle} + k]);
       }
-      residuals_[place.triangle] += residual.squaredNorm();
-      ++number[place.triangle];
+      residuals_[match.triangle] += residual.squaredNorm();
+      ++number[match.triangle];
       residual_sum += residual.squaredNorm();
       ++count;
     }
@@ -404,7 +404,7 @@ class NormalFit::Solver {
            (kMaxFaceNormalWeight - kMinFaceNormalWeight) * residual / (residual + kMidRoughness);
   }
 
-  const std::vector<SampleMatch>& places_;
+  const std::vector<SampleMatch>& matches_;
   double sample_area_;
   NormalPurpose purpose_;  ///< Plain shading or a normal map, never NormalPurpose::by_uvs
   double tolerance_;
@@ -418,14 +418,14 @@ class NormalFit::Solver {
 const std::vector<NormalFit::SampleMatch>& NormalFit::sampled_positions(const Mesh& low,
                                                                         const TwoSided& sides,
                                                                         Samples& last) const {
-  const bool are_samples_known = !last.places_.empty() && last.triangles_ == low.triangles;
-  if (are_samples_known && last.positions_ == low.positions) return last.places_;
-  const std::size_t wanted =
+  const bool are_samples_known = !last.matches_.empty() && last.triangles_ == low.triangles;
+  if (are_samples_known && last.positions_ == low.positions) return last.matches_;
+  const std::size_t sample_count =
       std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
-  last.places_ = match_samples(wanted, low, sides);
+  last.matches_ = match_samples(sample_count, low, sides);
   last.positions_ = low.positions;
   last.triangles_ = low.triangles;
-  return last.places_;
+  return last.matches_;
 }
 
 void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsReport* report,
@@ -437,20 +437,22 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   const TwoSided sides = TwoSided::of(low);
   Samples none;
   fit(low, sides, sampled_positions(low, sides, last != nullptr ? *last : none), purpose, options,
-      kTolerance, report, edges);
+      kSolverTolerance, report, edges);
 }
 
 std::array<Mesh, 2> NormalFit::run_draft(const Mesh& low, const FitNormalsOptions& options,
                                          EdgesUnderMap edges) const {
-  const std::size_t wanted =
+  const std::size_t sample_count =
       std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
   const TwoSided sides = TwoSided::of(low);
-  const std::size_t draft_samples = std::min(
-      wanted / kDraftDivisor, std::max(kMinNormalSamples / kDraftDivisor, high_.triangles.size()));
+  const std::size_t draft_samples =
+      std::min(sample_count / kDraftDivisor,
+               std::max(kMinNormalSamples / kDraftDivisor, high_.triangles.size()));
   const std::vector<SampleMatch> found = match_samples(draft_samples, low, sides);
   std::array<Mesh, 2> result{low, low};
-  fit(result[0], sides, found, NormalPurpose::shading, options, kDraftTolerance, nullptr, edges);
-  fit(result[1], sides, found, NormalPurpose::map, options, kDraftTolerance, nullptr, edges);
+  fit(result[0], sides, found, NormalPurpose::shading, options, kDraftSolverTolerance, nullptr,
+      edges);
+  fit(result[1], sides, found, NormalPurpose::map, options, kDraftSolverTolerance, nullptr, edges);
   return result;
 }
 

@@ -76,7 +76,7 @@ class NormalFit::Samples {
   friend class NormalFit;
   std::vector<Vec3> positions_;
   std::vector<Triangle> triangles_;
-  std::vector<SampleMatch> places_;
+  std::vector<SampleMatch> matches_;
 };
 
 }  // namespace kiln

@@ -53,7 +53,7 @@ struct PositionsAndTriangles {
   const std::vector<Triangle>& triangles;
 };
 
-/// Bends space slightly, so that hardly any surface remains flat.
+/// Bends the mesh slightly, so that hardly any surface remains flat.
 void bend(std::vector<Vec3>& positions) {
   const auto along = [](float a, float b) {
     return kBendStrength * (a * a + 0.6F * b * b + 0.5F * a * b);
@@ -116,38 +116,39 @@ std::vector<Triangle> simplify_piece(const PositionsAndTriangles& mesh,
 /// For each piece, the number of triangles with an edge on the piece's border.
 std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::uint32_t>>& pieces,
                                              const PositionsAndTriangles& mesh) {
-  const std::vector<std::uint8_t> between =
+  const std::vector<std::uint8_t> is_between_pieces =
       vertices_between_pieces(pieces, mesh.triangles, mesh.positions.size());
   std::vector<std::size_t> count;
   for (const std::vector<std::uint32_t>& piece : pieces) {
     count.push_back(static_cast<std::size_t>(
         std::count_if(piece.begin(), piece.end(), [&](std::uint32_t number) {
           const Triangle& t = mesh.triangles[number];
-          return between[t[0]] + between[t[1]] + between[t[2]] >= 2;
+          return is_between_pieces[t[0]] + is_between_pieces[t[1]] + is_between_pieces[t[2]] >= 2;
         })));
   }
   return count;
 }
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
-/// \param is_kept      for each triangle, 1 if it must be kept; if empty, none must
-/// \param other_work  unrelated work that one of the threads does meanwhile
-/// \param known      as for presimplify()
+/// \param is_kept        for each triangle, 1 if it must be kept; if empty, none must
+/// \param other_work     unrelated work that one of the threads does meanwhile
+/// \param reused_pieces  as for presimplify()
 std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
                                          const std::vector<std::uint8_t>& is_kept,
                                          std::size_t faces, double error,
                                          const std::function<void()>& other_work,
-                                         PresimplifiedPieces& known) {
+                                         PresimplifiedPieces& reused_pieces) {
   std::vector<std::vector<std::uint32_t>> pieces =
       pieces_of(mesh.positions, mesh.triangles, kMinPresimplifyPiece);
   if (pieces.size() == 1 && is_kept.empty()) {
     other_work();
     return simplify_triangles(mesh, faces, error, 0);
   }
-  std::vector<std::size_t> more = count_along_borders(pieces, mesh);
-  if (static_cast<double>(std::accumulate(more.begin(), more.end(), std::size_t{0})) <=
+  std::vector<std::size_t> border_counts = count_along_borders(pieces, mesh);
+  if (static_cast<double>(
+          std::accumulate(border_counts.begin(), border_counts.end(), std::size_t{0})) <=
       kMaxBorderShare * static_cast<double>(faces)) {
-    more.assign(pieces.size(), 0);
+    border_counts.assign(pieces.size(), 0);
   }
   const double share = static_cast<double>(faces) / static_cast<double>(mesh.triangles.size());
   std::vector<Triangle> result;
@@ -159,8 +160,8 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
         if (is_kept[t] != 0) result.push_back(mesh.triangles[t]);
         return is_kept[t] != 0;
       });
-      if (kept_count > 0 || i >= known.size()) continue;
-      parts[i] = known[i];
+      if (kept_count > 0 || i >= reused_pieces.size()) continue;
+      parts[i] = reused_pieces[i];
       is_known[i] = 1;
     }
   }
@@ -172,14 +173,14 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
         other_work();
       } else if (is_known[i] == 0) {
         const auto goal = static_cast<std::size_t>(share * static_cast<double>(pieces[i].size()));
-        parts[i] = simplify_piece(mesh, pieces[i], goal + more[i], error, scale);
+        parts[i] = simplify_piece(mesh, pieces[i], goal + border_counts[i], error, scale);
       }
     }
   });
   for (const std::vector<Triangle>& part : parts) {
     result.insert(result.end(), part.begin(), part.end());
   }
-  if (is_kept.empty()) known = std::move(parts);
+  if (is_kept.empty()) reused_pieces = std::move(parts);
   const bool is_near_goal =
       static_cast<double>(result.size() - untouched) <= kMaxGoalExcess * static_cast<double>(faces);
   if (is_near_goal || !is_kept.empty()) return result;
@@ -278,21 +279,21 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
       if (number[origin[v]] == kNoVertex) number[origin[v]] = count++;
     }
   }
-  std::vector<Vec3d> facing(count);
+  std::vector<Vec3d> dense_normals(count);
   for (const Triangle& t : dense) {
     if (number[t[0]] == kNoVertex && number[t[1]] == kNoVertex && number[t[2]] == kNoVertex) {
       continue;
     }
     const Vec3d normal = normal_of(t);
     for (const std::uint32_t v : t) {
-      if (number[v] != kNoVertex) facing[number[v]] += normal;
+      if (number[v] != kNoVertex) dense_normals[number[v]] += normal;
     }
   }
   std::vector<Fold> folds;
   for (const std::uint32_t t : candidates) {
     Vec3d surface{};
     for (const std::uint32_t v : triangles[t]) {
-      const Vec3d& at = facing[number[origin[v]]];
+      const Vec3d& at = dense_normals[number[origin[v]]];
       if (const double size = length(at); size > 0) surface += at * (1 / size);
     }
     if (!(dot(normals[t], surface) > 0)) folds.push_back({t, surface});
@@ -321,35 +322,37 @@ Vec3d normal_of(const std::vector<Vec3>& positions, const Triangle& t) {
 
 /// Moves the vertices of folded triangles, most of which are slivers, along the surface towards the mean of their
 /// neighbours. Repeats this several times.
-/// \param is_fixed  for each vertex, 1 if it does not move
-/// \param facing    for each vertex, the unit normal of the dense mesh
+/// \param is_fixed       for each vertex, 1 if it does not move
+/// \param dense_normals  for each vertex, the unit normal of the dense mesh
 void relax_folds(const std::vector<Triangle>& triangles, const std::vector<std::uint8_t>& is_fixed,
-                 const std::vector<Vec3d>& facing, std::vector<Vec3>& positions) {
-  constexpr int kRounds = 8;
-  std::vector<std::uint8_t> moves(positions.size(), 0);
+                 const std::vector<Vec3d>& dense_normals, std::vector<Vec3>& positions) {
+  constexpr int kRelaxRounds = 8;
+  std::vector<std::uint8_t> may_move(positions.size(), 0);
   std::vector<Vec3d> sums(positions.size());
   std::vector<double> counts(positions.size(), 0);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRelaxRounds; ++round) {
     bool any_moved = false;
     for (const Triangle& t : triangles) {
-      if (dot(normal_of(positions, t), facing[t[0]] + facing[t[1]] + facing[t[2]]) > 0) continue;
-      for (const std::uint32_t v : t) moves[v] = static_cast<std::uint8_t>(1 - is_fixed[v]);
+      if (dot(normal_of(positions, t),
+              dense_normals[t[0]] + dense_normals[t[1]] + dense_normals[t[2]]) > 0)
+        continue;
+      for (const std::uint32_t v : t) may_move[v] = static_cast<std::uint8_t>(1 - is_fixed[v]);
       any_moved = true;
     }
     if (!any_moved) return;
     for (const Triangle& t : triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
-        if (moves[t[k]] == 0) continue;
+        if (may_move[t[k]] == 0) continue;
         sums[t[k]] += to_double(positions[t[(k + 1) % 3]]) + to_double(positions[t[(k + 2) % 3]]);
         counts[t[k]] += 2;
       }
     }
-    for (std::size_t v = 0; v < moves.size(); ++v) {
-      if (moves[v] == 0) continue;
+    for (std::size_t v = 0; v < may_move.size(); ++v) {
+      if (may_move[v] == 0) continue;
       const Vec3d at = to_double(positions[v]);
       const Vec3d step = sums[v] * (1 / counts[v]) - at;
-      positions[v] = to_float(at + step - facing[v] * dot(step, facing[v]));
-      moves[v] = 0;
+      positions[v] = to_float(at + step - dense_normals[v] * dot(step, dense_normals[v]));
+      may_move[v] = 0;
       sums[v] = {};
       counts[v] = 0;
     }
@@ -401,7 +404,7 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
 /// triangles, which are cut. It prevents flips relative to surface normals. So height fields are flattened first, which
 /// makes their normals nearly vertical.
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
-                 std::span<const Ball> untouched, bool parts, PresimplifiedPieces* known) {
+                 std::span<const Ball> untouched, bool parts, PresimplifiedPieces* reused_pieces) {
   if (has_costly_hubs(work.triangles, work.points.size())) return;
   std::vector<Vec3> positions = to_floats(work.points);
   if (height_field) {
@@ -432,7 +435,7 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
         sides.emplace(work.triangles, work.points.size());
         if (parts) join_parts(work.triangles, part_sets);
       },
-      known != nullptr ? *known : unused_pieces);
+      reused_pieces != nullptr ? *reused_pieces : unused_pieces);
   if (triangles.empty()) return;
   if (label_seams) label_seams->merge_copies(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
@@ -468,20 +471,20 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
 
 void presimplify_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles,
                        std::size_t faces) {
-  constexpr double kAnyError = 1;
+  constexpr double kUnlimitedError = 1;
   if (triangles.size() <= faces) return;
-  std::vector<Vec3d> facing(positions.size());
+  std::vector<Vec3d> dense_normals(positions.size());
   for (const Triangle& t : triangles) {
     const Vec3d normal = normal_of(positions, t);
-    for (const std::uint32_t v : t) facing[v] += normal;
+    for (const std::uint32_t v : t) dense_normals[v] += normal;
   }
-  for (Vec3d& normal : facing) {
+  for (Vec3d& normal : dense_normals) {
     if (const double size = length(normal); size > 0) normal *= 1 / size;
   }
   const std::vector<std::uint8_t> is_fixed = vertices_on_borders(triangles, positions.size());
-  triangles =
-      simplify_triangles({positions, triangles}, faces, kAnyError, meshopt_SimplifyLockBorder);
-  relax_folds(triangles, is_fixed, facing, positions);
+  triangles = simplify_triangles({positions, triangles}, faces, kUnlimitedError,
+                                 meshopt_SimplifyLockBorder);
+  relax_folds(triangles, is_fixed, dense_normals, positions);
 }
 
 }  // namespace kiln

@@ -19,13 +19,13 @@ using PresimplifiedPieces = std::vector<std::vector<Triangle>>;
 /// 250,000 triangles and more are reduced in pieces on all threads; the pieces depend on the mesh alone. Does nothing
 /// if the mesh is not much denser than `faces`, if a triangle of a height field would flip, or if vertices have so many
 /// triangles that EdgeCollapser is faster (by 2.8 s for a fan of 120,000 triangles).
-/// \param untouched  balls in which all triangles are kept
-/// \param parts      true: components that would vanish stay as they are
-/// \param known      simplified pieces for reuse; may be null. A call with empty `untouched` writes them. A later call
-///   reads them, and reuses each piece that none of its balls touches
+/// \param untouched     balls in which all triangles are kept
+/// \param parts         true: components that would vanish stay as they are
+/// \param known_pieces  simplified pieces for reuse; may be null. A call with empty `untouched` writes them. A later
+///   call reads them, and reuses each piece that none of its balls touches
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
                  std::span<const Ball> untouched, bool parts = true,
-                 PresimplifiedPieces* known = nullptr);
+                 PresimplifiedPieces* known_pieces = nullptr);
 
 /// Reduces a chunk of a mesh to about `faces` triangles by meshoptimizer, without changing its border. Where triangles
 /// fold, vertices move slightly.

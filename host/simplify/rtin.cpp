@@ -58,9 +58,9 @@ std::optional<Grid> grid_of(const Work& work) {
   std::vector<std::uint8_t> is_point_used(work.points.size(), 0);
   grid.z.resize(work.points.size());
   for (std::size_t i = 0; i < at.size(); ++i) {
-    const std::size_t place = at[i].row * columns + at[i].column;
-    if (std::exchange(is_point_used[place], 1) != 0) return std::nullopt;
-    grid.z[place] = work.points[i].z;
+    const std::size_t lattice_index = at[i].row * columns + at[i].column;
+    if (std::exchange(is_point_used[lattice_index], 1) != 0) return std::nullopt;
+    grid.z[lattice_index] = work.points[i].z;
   }
   // There are two triangles per cell, and each lies within one cell and faces up. So the triangles fill each cell
   // exactly.
@@ -93,9 +93,9 @@ class Lattice {
         for (std::size_t i = 0; i < side(); ++i) {
           const auto [column, right] = cell(i, columns);
           const double* at = &grid.z[row * columns + column];
-          const std::size_t next = right > 0 ? 1 : 0, above = up > 0 ? columns : 0;
-          const double low = at[0] + (at[next] - at[0]) * right;
-          const double high = at[above] + (at[above + next] - at[above]) * right;
+          const std::size_t step_right = right > 0 ? 1 : 0, step_up = up > 0 ? columns : 0;
+          const double low = at[0] + (at[step_right] - at[0]) * right;
+          const double high = at[step_up] + (at[step_up + step_right] - at[step_up]) * right;
           z_[j * side() + i] = low + (high - low) * up;
         }
       }
@@ -103,15 +103,15 @@ class Lattice {
   }
   std::size_t cells() const { return cells_; }
   std::size_t side() const { return cells_ + 1; }
-  double height(std::size_t place) const { return z_[place]; }
-  Vec3d point(std::size_t place) const {
-    return {x_[place % side()], y_[place / side()], z_[place]};
+  double height(std::size_t lattice_index) const { return z_[lattice_index]; }
+  Vec3d point(std::size_t lattice_index) const {
+    return {x_[lattice_index % side()], y_[lattice_index / side()], z_[lattice_index]};
   }
 
  private:
   /// The row or column at or before a position in the lattice, and the fraction of the way to the next.
-  std::pair<std::size_t, double> cell(std::size_t place, std::size_t count) const {
-    const std::size_t scaled = place * (count - 1);
+  std::pair<std::size_t, double> cell(std::size_t lattice_index, std::size_t count) const {
+    const std::size_t scaled = lattice_index * (count - 1);
     return {scaled / cells_, static_cast<double>(scaled % cells_) / static_cast<double>(cells_)};
   }
   std::vector<double> resample(const std::vector<double>& values) const {
@@ -217,14 +217,14 @@ class TriangleHalving {
       add(b, c, middle);
       return;
     }
-    triangles.push_back({number(c), number(a), number(b)});
+    triangles.push_back({vertex_index(c), vertex_index(a), vertex_index(b)});
   }
-  std::uint32_t number(std::size_t place) {
-    if (vertex_index_[place] == kNoVertex) {
-      vertex_index_[place] = static_cast<std::uint32_t>(points.size());
-      points.push_back(lattice_.point(place));
+  std::uint32_t vertex_index(std::size_t lattice_index) {
+    if (vertex_index_[lattice_index] == kNoVertex) {
+      vertex_index_[lattice_index] = static_cast<std::uint32_t>(points.size());
+      points.push_back(lattice_.point(lattice_index));
     }
-    return vertex_index_[place];
+    return vertex_index_[lattice_index];
   }
 
   const Lattice& lattice_;

@@ -66,11 +66,11 @@ std::vector<TriangleSide> sorted_sides(std::span<const Triangle> triangles) {
 /// Smallest cosine between a triangle's normal and those of its neighbours, and the number of neighbours below
 /// kMaxSuspiciousCosine.
 struct Neighbours {
-  double least = 1;
-  int suspicious = 0;
+  double min_cosine = 1;
+  int suspicious_count = 0;
   void add(double cosine) {
-    least = std::min(least, cosine);
-    suspicious += cosine < kMaxSuspiciousCosine;
+    min_cosine = std::min(min_cosine, cosine);
+    suspicious_count += cosine < kMaxSuspiciousCosine;
   }
 };
 
@@ -193,7 +193,8 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       });
     }
     faces_away_at += best < kMaxAwayCosine;
-    if (i >= faces_away_at + 1) return false;  // Three of the four points can no longer face away
+    // Even if all remaining points face away, they are fewer than three of four
+    if (i >= faces_away_at + 1) return false;
   }
   return faces_away_at >= 3;
 }
@@ -204,14 +205,14 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
   double radius = 0;
   for (const Vec3d& corner : p) radius = std::max(radius, length(corner - center));
   const Vec3d normal = unit_or_zero(normal_of(p));
-  double max_cosine = -1, least = 1;
+  double max_cosine = -1, min_cosine = 1;
   surface_->each_within(to_float(center), radius * radius, [&](const Vec3* c) {
     const double cosine =
         dot(normal, unit_or_zero(normal_of({to_double(c[0]), to_double(c[1]), to_double(c[2])})));
     max_cosine = std::max(max_cosine, cosine);
-    least = std::min(least, cosine);
+    min_cosine = std::min(min_cosine, cosine);
   });
-  return max_cosine > -kMaxSharpCosine && least < kMaxSharpCosine;
+  return max_cosine > -kMaxSharpCosine && min_cosine < kMaxSharpCosine;
 }
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
@@ -219,9 +220,9 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
   return find_flaws_in(points, triangles, nullptr);
 }
 
-Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
-                                const std::vector<Triangle>& triangles,
-                                std::span<const std::uint32_t> included) {
+Flaws SimplifyCheck::find_selected(const std::vector<Vec3d>& points,
+                                   const std::vector<Triangle>& triangles,
+                                   std::span<const std::uint32_t> included) {
   std::vector<std::uint8_t> is_included(triangles.size(), 0);
   for (const std::uint32_t t : included) is_included[t] = 1;
   return find_flaws_in(points, triangles, &is_included);
@@ -252,7 +253,7 @@ Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
     if (!is_checked(t)) continue;
     int opposed_neighbours = 0;
     for (const std::uint32_t v : triangles[t]) opposed_neighbours += dot(normals[t], around[v]) < 0;
-    if (neighbours[t].least < kMaxSuspiciousCosine || opposed_neighbours >= 2)
+    if (neighbours[t].min_cosine < kMaxSuspiciousCosine || opposed_neighbours >= 2)
       candidates.push_back(t);
   }
   std::vector<std::uint32_t> checked_triangles = candidates;
@@ -262,16 +263,16 @@ Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
   if (checked_triangles.empty()) return flaws;
   load_near(points, triangles, checked_triangles);
   std::vector<std::uint8_t> is_folded(candidates.size(), 0);
-  constexpr std::size_t kCandidatesOfPiece = 64;
-  parallel_for(candidates.size(), kCandidatesOfPiece, [&](std::size_t begin, std::size_t end) {
+  constexpr std::size_t kCandidatesPerTask = 64;
+  parallel_for(candidates.size(), kCandidatesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t t = candidates[i];
       const TriangleCorners corners = corners_of(points, triangles[t]);
       if (is_flat(corners)) continue;
       // A triangle at the rim of a shell makes a sharp angle with one neighbour, a folded triangle with several.
-      const bool is_at_rim = neighbours[t].suspicious == 1;
+      const bool is_at_rim = neighbours[t].suspicious_count == 1;
       is_folded[i] = faces_away(corners, is_at_rim) ||
-                     (neighbours[t].least < kMaxBackToBackCosine && !has_edge(corners));
+                     (neighbours[t].min_cosine < kMaxBackToBackCosine && !has_edge(corners));
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {

@@ -65,9 +65,9 @@ class SimplifyCheck {
         surface_(std::make_unique<SurfaceDistance>(positions, triangles)) {}
 
   Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
-  /// Checks only the triangles whose indices are in `included`.
-  Flaws find_among(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-                   std::span<const std::uint32_t> included);
+  /// Variant of find() that checks only the triangles whose indices are in `included`.
+  Flaws find_selected(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+                      std::span<const std::uint32_t> included);
 
   /// True if a triangle has a flaw by itself. The triangle must lie near one that find() has checked.
   bool is_flaw(const TriangleCorners& corners) const;

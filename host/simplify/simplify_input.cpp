@@ -63,7 +63,9 @@ RepeatedTriangles find_repeats(const std::vector<Triangle>& triangles, std::size
       [&](std::size_t i) { return std::uint64_t{triangles[i][1]} << 32 | triangles[i][2]; });
   RepeatedTriangles found{std::vector<std::uint8_t>(triangles.size(), 0)};
   std::atomic<bool> any_opposed = false, any_duplicate = false;
-  const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
+  const auto is_below = [](const VertexLists::Item& item, std::uint64_t key) {
+    return item.key < key;
+  };
   parallel_for(vertices, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     bool is_opposed = false, is_duplicate = false;
     for (std::size_t v = begin; v < end; ++v) {
@@ -74,7 +76,7 @@ RepeatedTriangles find_repeats(const std::vector<Triangle>& triangles, std::size
         if (is_opposed) continue;
         const std::uint64_t other = std::rotl(items[i].key, 32);
         if (other > items[i].key) continue;
-        const auto at = std::lower_bound(items.begin(), items.begin() + i, other, less);
+        const auto at = std::lower_bound(items.begin(), items.begin() + i, other, is_below);
         is_opposed = at->key == other;
       }
     }
@@ -365,10 +367,10 @@ bool is_finely_curved(const Work& work) {
   std::size_t aligned_corners = 0, all = 0;
   for (const Triangle& t : work.triangles) {
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
-    const Vec3d across = cross(b - a, c - a);
-    const double size = length(across);
+    const Vec3d face_normal = cross(b - a, c - a);
+    const double size = length(face_normal);
     if (!(size > 0)) continue;
-    const Vec3d normal = across * (1 / size);
+    const Vec3d normal = face_normal * (1 / size);
     for (const std::uint32_t v : t) {
       if (dot(first[v], first[v]) == 0) {
         first[v] = normal;

@@ -29,8 +29,9 @@ namespace {
 
 /// High polys with more triangles than kDirectLimit are presimplified to that number, or to fewer (at least
 /// kMinDirectLimit) if few faces are requested. Finely curved meshes, which meshoptimizer spoils, are collapsed in
-/// pieces instead, unless they have more than kFineLimit triangles.
-constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000, kFineLimit = 2'500'000;
+/// pieces instead, unless they have more than kMaxFinelyCurvedTriangles triangles.
+constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000,
+                      kMaxFinelyCurvedTriangles = 2'500'000;
 /// Minimum ratio of presimplified triangles to requested faces: kMinStartRatio if that gives at most kDirectLimit
 /// triangles, else kMinStartRatioOfLargeGoals.
 constexpr std::size_t kMinStartRatio = 10, kMinStartRatioOfLargeGoals = 4;
@@ -54,8 +55,8 @@ constexpr std::size_t kMaxFlawedPlaces = 256;
 /// \param faces  requested number of faces; 0 if the goal is an error
 std::size_t presimplified_faces(std::size_t faces) {
   if (faces == 0) return kDirectLimit;
-  const std::size_t small = std::clamp(kMinStartRatio * faces, kMinDirectLimit, kDirectLimit);
-  return std::max(small, kMinStartRatioOfLargeGoals * faces);
+  const std::size_t start_faces = std::clamp(kMinStartRatio * faces, kMinDirectLimit, kDirectLimit);
+  return std::max(start_faces, kMinStartRatioOfLargeGoals * faces);
 }
 
 /// \param place_of  formats the position of the first degenerate triangle (for false) or folded triangle (for true)
@@ -90,14 +91,14 @@ void SimplifyState::turn_back_folds(std::span<const Fold> folds) {
   for (int round = 0; round < kMaxUnfoldRounds; ++round) {
     bool any = false;
     for (const Fold& fold : folds) {
-      const auto bad = [&](const TriangleCorners& p) {
+      const auto is_bad = [&](const TriangleCorners& p) {
         const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
         return !(dot(normal, fold.surface) > 0);
       };
       const Triangle& t = mesh_.triangles[fold.triangle];
       if (mesh_.alive[fold.triangle] == 0) continue;
-      if (!bad({mesh_.points[t[0]], mesh_.points[t[1]], mesh_.points[t[2]]})) continue;
-      any = collapser_.repair_triangle(fold.triangle, bad) || any;
+      if (!is_bad({mesh_.points[t[0]], mesh_.points[t[1]], mesh_.points[t[2]]})) continue;
+      any = collapser_.repair_triangle(fold.triangle, is_bad) || any;
     }
     if (!any) return;
   }
@@ -111,7 +112,7 @@ void SimplifyJob::report_progress(double share) {
 
 SimplifyResult SimplifyJob::simplify_to_count(const Work& work) const {
   SimplifyState simplify_state(work, layout(), options_, scale_);
-  simplify_state.count_sides(two_sided_flags(work));
+  simplify_state.set_two_sided(two_sided_flags(work));
   simplify_state.collapser().run(options_.faces);
   SimplifyResult result;
   simplify_state.extract(result);
@@ -126,11 +127,13 @@ std::size_t SimplifyJob::repair_flaws(SimplifyResult& result) {
   for (int round = 0; round < kMaxRepairRounds && !flaws.none(); ++round) {
     SimplifyState simplify_state(result.points, result.triangles, result.labels,
                                  options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
-    const auto bad = [&](const TriangleCorners& corners) { return flaw_check_.is_flaw(corners); };
+    const auto is_bad = [&](const TriangleCorners& corners) {
+      return flaw_check_.is_flaw(corners);
+    };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list)
-        any = simplify_state.collapser().repair_triangle(t, bad) || any;
+        any = simplify_state.collapser().repair_triangle(t, is_bad) || any;
     }
     if (!any) break;
     simplify_state.extract(result);
@@ -145,9 +148,10 @@ bool SimplifyJob::has_no_flaws(SimplifyResult& result) {
   const Flaws flaws = flaw_check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
   report_.without_area = flaws.flat.size();
-  const std::uint64_t rims = count_rims(result.triangles, result.points.size());
-  const std::uint64_t before = rims == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
-  report_.holes = rims > before ? rims - before : 0;
+  const std::uint64_t rim_count = count_rims(result.triangles, result.points.size());
+  const std::uint64_t before =
+      rim_count == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
+  report_.holes = rim_count > before ? rim_count - before : 0;
   result.flawed.clear();
   for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
     for (const std::uint32_t t : *list) {
@@ -164,8 +168,9 @@ bool SimplifyJob::has_no_flaws(SimplifyResult& result) {
 bool SimplifyJob::is_finely_tessellated() {
   if (!is_finely_tessellated_) {
     const std::size_t count = dense_.triangles.size();
-    is_finely_tessellated_ = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
-                             !options_.height_field && is_finely_curved(dense_);
+    is_finely_tessellated_ = options_.faces != 0 && count > kDirectLimit &&
+                             count <= kMaxFinelyCurvedTriangles && !options_.height_field &&
+                             is_finely_curved(dense_);
   }
   return *is_finely_tessellated_;
 }
@@ -173,9 +178,9 @@ bool SimplifyJob::is_finely_tessellated() {
 /// The mesh from which collapses start: the high poly, or its presimplification for a number of faces.
 /// \param parts  true: none of its components may vanish
 /// \param finely_curved  true: reduces in pieces instead of by meshoptimizer
-/// \param known  as for presimplify(); may be null
+/// \param known_pieces  as for presimplify(); may be null
 Work SimplifyJob::start(std::size_t faces, std::span<const Ball> untouched, bool parts,
-                        bool finely_curved, PresimplifiedPieces* known) const {
+                        bool finely_curved, PresimplifiedPieces* known_pieces) const {
   const std::size_t near_goal = presimplified_faces(faces);
   const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
                      !options_.keep_uvs && !options_.hull;
@@ -190,7 +195,7 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Ball> untouched, bool
         simplify_to_rtin(work, near_goal, error)) {
       return work;
     }
-    presimplify(work, near_goal, error, options_.height_field, untouched, parts, known);
+    presimplify(work, near_goal, error, options_.height_field, untouched, parts, known_pieces);
   }
   return work;
 }
@@ -199,7 +204,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_finely_tessellated());
   SimplifyState simplify_state(work, layout(), options_, scale_);
-  simplify_state.count_sides(two_sided_flags(work));
+  simplify_state.set_two_sided(two_sided_flags(work));
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = simplify_state.faces();
@@ -232,7 +237,7 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
 bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& result) {
   const bool is_error_goal = options_.faces == 0;
   if (is_error_goal) {
-    result = simplify_within(options_.max_error, work);
+    result = simplify_within_bound(options_.max_error, work);
   } else {
     AsyncTask<bool> fit_task([this] { return prepare_fit(); });
     result = simplify_to_count(work);
@@ -253,30 +258,31 @@ bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& res
 }
 
 /// The balls in which the next presimplification keeps the high poly.
-std::vector<Ball> SimplifyJob::flawed_places(const SimplifyResult& result, const Work& work) const {
-  std::vector<Ball> places = result.flawed;
+std::vector<Ball> SimplifyJob::balls_around_flaws(const SimplifyResult& result,
+                                                  const Work& work) const {
+  std::vector<Ball> balls = result.flawed;
   if (report_.holes > 0) {
-    for (const Vec3d& p : work.torn) places.push_back({p, kFlawRadius});
+    for (const Vec3d& p : work.torn) balls.push_back({p, kFlawRadius});
   }
-  return places;
+  return balls;
 }
 
 SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
-  std::vector<Ball> places;
-  PresimplifiedPieces known;
+  std::vector<Ball> balls;
+  PresimplifiedPieces known_pieces;
   const bool finely_curved = is_finely_tessellated();
   const int max_attempts =
       options_.faces == 0 ? kMaxErrorBoundPresimplifications : kMaxPresimplifications;
   for (int attempt = 0; attempt < max_attempts; ++attempt) {
-    const Work work = start(options_.faces, places, true, finely_curved, &known);
+    const Work work = start(options_.faces, balls, true, finely_curved, &known_pieces);
     report_progress(0.2);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (simplify_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
-    const std::vector<Ball> flawed = flawed_places(result, work);
-    places.insert(places.end(), flawed.begin(), flawed.end());
-    if (flawed.empty() || places.size() > kMaxFlawedPlaces) break;
+    const std::vector<Ball> flawed = balls_around_flaws(result, work);
+    balls.insert(balls.end(), flawed.begin(), flawed.end());
+    if (flawed.empty() || balls.size() > kMaxFlawedPlaces) break;
   }
   simplify_from(dense_, true, result);
   return result;
@@ -309,7 +315,7 @@ bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_)) return false;
   AsyncTask<bool> finely_curved([this] {
     return is_finely_tessellated();
-  });  // Computed while components are found, in case start() is called below
+  });  // Cached by a second thread while this one finds components; start() below may need it
   const ComponentSizes parts(dense_);
   finely_curved.get();
   if (parts.is_single_component()) return false;
@@ -327,12 +333,13 @@ bool SimplifyJob::drop_small_components() {
   // A low poly never deviates by more than its edge length, so smaller components need no estimate.
   if (parts.count_below(mean_edge(dense_, one_sided_faces)) == 0) return false;
   // Estimates the deviation on the largest component only, since stray components may deviate far.
-  const SimplifyResult guess =
+  const SimplifyResult estimate =
       simplify_to_count(start(options_.faces, {}, true, /*finely_curved=*/false));
-  const double size = one_sided_distance(dense_positions_, parts.largest_component(dense_),
-                                         SurfaceDistance(to_floats(guess.points), guess.triangles),
-                                         kComponentSamples)
-                          .largest;
+  const double size =
+      one_sided_distance(dense_positions_, parts.largest_component(dense_),
+                         SurfaceDistance(to_floats(estimate.points), estimate.triangles),
+                         kComponentSamples)
+          .largest;
   const std::vector<std::uint8_t> small_components = parts.components_below(size);
   if (std::find(small_components.begin(), small_components.end(), 1) == small_components.end())
     return false;
@@ -343,22 +350,22 @@ bool SimplifyJob::drop_small_components() {
 }
 
 /// Removes the smallest components if the result has too many faces. This happens if components need more faces than
-/// estimated, for example since holes and handles must be kept.
+/// estimated, for example because holes and handles must be kept.
 /// \returns true if any was removed
 bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
-  const double above = static_cast<double>(count_faces(result)) / options_.faces;
+  const double face_ratio = static_cast<double>(count_faces(result)) / options_.faces;
   if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_) ||
-      above <= kMaxFaceExcess) {
+      face_ratio <= kMaxFaceExcess) {
     return false;
   }
   const ComponentSizes parts(dense_);
   if (parts.is_single_component()) return false;
   const std::uint64_t count = count_components(result.triangles, result.points.size());
-  const auto least = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
+  const auto min_faces = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
   const std::size_t one_sided_faces = std::max<std::size_t>(
       options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
   const std::vector<std::uint8_t> surplus_components =
-      parts.surplus_components(one_sided_faces, least);
+      parts.surplus_components(one_sided_faces, min_faces);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) ==
       surplus_components.end())
     return false;

@@ -81,12 +81,12 @@ class SimplifyState {
     collapser_.limit_deviation(deviation_bound_.get(), sharpening, bound);
     return deviation_bound_->was_within_bound();
   }
-  void run_within();
+  void run_within_bound();
   bool is_bounded() const { return deviation_bound_->has_refused(); }
   std::size_t faces() const { return mesh_.face_count_with_back_faces(); }
   /// \param of_triangles  see CollapseMesh::two_sided
-  void count_sides(std::vector<std::uint8_t> of_triangles) {
-    mesh_.count_sides(std::move(of_triangles));
+  void set_two_sided(std::vector<std::uint8_t> of_triangles) {
+    mesh_.set_two_sided(std::move(of_triangles));
   }
 
   /// \param of  receives the original index of each triangle; may be null
@@ -214,11 +214,11 @@ class SimplifyJob {
     return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, {}, false, {}};
   }
   SimplifyResult simplify_to_count(const Work& work) const;
-  SimplifyResult simplify_within(double bound, const Work& work);
-  std::size_t repair_within(SimplifyState& shrinking, SimplifyResult& result);
+  SimplifyResult simplify_within_bound(double bound, const Work& work);
+  std::size_t repair_within_bound(SimplifyState& shrinking, SimplifyResult& result);
   bool is_finely_tessellated();
   Work start(std::size_t faces, std::span<const Ball> untouched, bool parts, bool finely_curved,
-             PresimplifiedPieces* known = nullptr) const;
+             PresimplifiedPieces* known_pieces = nullptr) const;
   void find_labels();
   void drop_components(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
                        const std::string& why);
@@ -233,7 +233,7 @@ class SimplifyJob {
   std::size_t repair_flaws(SimplifyResult& result);
   bool has_no_flaws(SimplifyResult& result);
   bool simplify_from(const Work& work, bool last, SimplifyResult& result);
-  std::vector<Ball> flawed_places(const SimplifyResult& result, const Work& work) const;
+  std::vector<Ball> balls_around_flaws(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
   void warn_of_uvs_outside(const Mesh& mesh);
   void assign_labels(const SimplifyResult& result, Mesh& mesh) const;

@@ -39,28 +39,29 @@ void SimplifyJob::find_labels() {
   if (label_source_.size() > 1) dense_.labels = std::move(labels.of);
 }
 
-/// Copies group, object and material to each triangle from the triangle that its label stands for: first for all
-/// fronts, then for all backs.
+/// Copies group, object and material to each triangle from the high-poly triangle that represents its label: first for
+/// all fronts, then for all backs.
 void SimplifyJob::assign_labels(const SimplifyResult& result, Mesh& mesh) const {
-  const bool laid_out = options_.keep_uvs;
+  const bool keeps_uvs = options_.keep_uvs;
   const std::vector<std::uint32_t> single_label(
       label_source_.size() == 1 ? result.triangles.size() : 0, 0);
-  const std::vector<std::uint32_t>& labels = laid_out               ? result.layout.groups
+  const std::vector<std::uint32_t>& labels = keeps_uvs              ? result.layout.groups
                                              : single_label.empty() ? result.labels
                                                                     : single_label;
-  const std::vector<std::uint32_t>& source = laid_out ? layout_.group_of : label_source_;
-  if (labels.empty() || (!laid_out && single_label.empty() && !have_kept_label_lines(result)))
+  const std::vector<std::uint32_t>& source = keeps_uvs ? layout_.group_of : label_source_;
+  if (labels.empty() || (!keeps_uvs && single_label.empty() && !have_kept_label_lines(result)))
     return;
-  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+  const auto copy_names = [&](const std::vector<std::uint32_t>& from,
+                              std::vector<std::uint32_t>& to) {
     if (from.size() != high_.triangles.size()) return;
     for (const std::uint32_t label : labels) to.push_back(from[source[label]]);
     for (std::size_t t = 0; t < labels.size() && !label_back_.empty(); ++t) {
       if (has_back(labels, t)) to.push_back(from[label_back_[labels[t]]]);
     }
   };
-  keep(high_.groups, mesh.groups);
-  keep(high_.objects, mesh.objects);
-  keep(high_.materials, mesh.materials);
+  copy_names(high_.groups, mesh.groups);
+  copy_names(high_.objects, mesh.objects);
+  copy_names(high_.materials, mesh.materials);
   mesh.group_names = high_.group_names;
   mesh.object_names = high_.object_names;
   mesh.material_names = high_.material_names;

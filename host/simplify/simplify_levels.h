@@ -28,9 +28,9 @@ enum class EdgesUnderMap {
 };
 
 /// The intermediate meshes of one simplification. If the high poly needs no presimplification, each level equals the
-/// mesh that simplify() makes for its number of faces. This also holds if no level has more than 5,000 faces (all then
-/// share one presimplification) and no flaw needs another run. Otherwise, smaller levels may differ slightly, since the
-/// presimplification must be fine enough for the largest level.
+/// mesh that simplify() makes for its number of faces. This also holds if no level has more than 5,000 faces, because
+/// all levels then share one presimplification, unless a flaw requires another run. Otherwise, smaller levels may
+/// differ slightly, since the presimplification must be fine enough for the largest level.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this object

@@ -70,14 +70,15 @@ CornersWithoutUv find_corners_without_uv(const Mesh& mesh,
   }
   for (std::uint32_t s = 0; s < mesh.triangles.size(); ++s) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto here = at.find(mesh.triangles[s][k]);
-      if (here == at.end() || !is_finite(mesh.uvs[mesh.uv_triangles[s][k]])) continue;
-      for (const std::uint32_t t : here->second) {
-        if (!continues_chart(mesh, t, s, here->first)) continue;
-        const auto own = std::find(mesh.triangles[t].begin(), mesh.triangles[t].end(), here->first);
-        const std::uint32_t bare =
-            mesh.uv_triangles[t][static_cast<std::size_t>(own - mesh.triangles[t].begin())];
-        const auto corner = found.find({here->first, bare});
+      const auto incomplete_corner = at.find(mesh.triangles[s][k]);
+      if (incomplete_corner == at.end() || !is_finite(mesh.uvs[mesh.uv_triangles[s][k]])) continue;
+      for (const std::uint32_t t : incomplete_corner->second) {
+        if (!continues_chart(mesh, t, s, incomplete_corner->first)) continue;
+        const auto corner_position =
+            std::find(mesh.triangles[t].begin(), mesh.triangles[t].end(), incomplete_corner->first);
+        const std::uint32_t uv_to_replace = mesh.uv_triangles[t][static_cast<std::size_t>(
+            corner_position - mesh.triangles[t].begin())];
+        const auto corner = found.find({incomplete_corner->first, uv_to_replace});
         if (corner != found.end() && corner->second.given == kNone)
           corner->second.given = mesh.uv_triangles[s][k];
       }
@@ -91,17 +92,17 @@ CornersWithoutUv find_corners_without_uv(const Mesh& mesh,
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> partial_triangles;
   for (std::uint32_t t = 0; t < mesh.uv_triangles.size(); ++t) {
-    const int bare = corners_without_uv(mesh, t);
-    if (bare == 1 || bare == 2) partial_triangles.push_back(t);
+    const int missing_count = corners_without_uv(mesh, t);
+    if (missing_count == 1 || missing_count == 2) partial_triangles.push_back(t);
   }
   if (partial_triangles.empty()) return std::nullopt;
-  const std::size_t bad = partial_triangles.size();
+  const std::size_t repaired_count = partial_triangles.size();
   warnings.push_back(
       {"non-finite-uvs",
-       counted(bad, "triangle") + (bad == 1 ? " has" : " have") +
+       counted(repaired_count, "triangle") + (repaired_count == 1 ? " has" : " have") +
            " a corner with a missing or non-finite UV, which was replaced by the UV of "
            "adjacent triangles there, or by the mean of the other UVs of its triangle",
-       bad});
+       repaired_count});
   Mesh result = mesh;
   CornersWithoutUv corners = find_corners_without_uv(mesh, partial_triangles);
   for (auto& [key, corner] : corners) {

@@ -29,7 +29,7 @@ constexpr std::size_t kMaxFlaws = 32, kFacesPerFlaw = 500;
 }  // namespace
 
 /// Collapses to the fewest faces that the bound allows.
-void SimplifyState::run_within() {
+void SimplifyState::run_within_bound() {
   collapser_.run(0);
   for (int round = 0; round < kRelaxRounds && may_relax(); ++round) {
     collapser_.relax(DistanceNorm::large);
@@ -42,21 +42,23 @@ void SimplifyState::run_within() {
 
 /// Repairs flaws within the bound.
 /// \returns the number of repaired triangles
-std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult& result) {
+std::size_t SimplifyJob::repair_within_bound(SimplifyState& state, SimplifyResult& result) {
   std::vector<std::uint32_t> sources;
-  shrinking.extract(result, &sources);
+  state.extract(result, &sources);
   Flaws flaws = flaw_check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMaxRepairRounds && !flaws.none(); ++round) {
-    const auto bad = [&](const TriangleCorners& corners) { return flaw_check_.is_flaw(corners); };
+    const auto is_bad = [&](const TriangleCorners& corners) {
+      return flaw_check_.is_flaw(corners);
+    };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list) {
-        any = shrinking.collapser().repair_triangle(sources[t], bad) || any;
+        any = state.collapser().repair_triangle(sources[t], is_bad) || any;
       }
     }
     if (!any) break;
-    shrinking.extract(result, &sources);
+    state.extract(result, &sources);
     flaws = flaw_check_.find(result.points, result.triangles);
   }
   return found - std::min(found, flaws.count());
@@ -64,7 +66,7 @@ std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult&
 
 /// Simplifies to the fewest faces within a bound. Repeats this with a tighter bound around flaws.
 /// \returns no triangles if `work` cannot stay within the bound
-SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
+SimplifyResult SimplifyJob::simplify_within_bound(double bound, const Work& work) {
   const bool is_high_poly = work.triangles.size() == dense_.triangles.size();
   if (!bound_samples_) {
     bound_samples_ =
@@ -76,12 +78,12 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
   std::size_t repaired_count_of_best = 0;
   double sharpening = kMaxSharpening;
   for (int run = 0; run < kMaxRuns; ++run) {
-    SimplifyState shrinking(work, layout(), options_, scale_);
-    if (!shrinking.limit_deviation(*bound_samples_, limit, is_high_poly, flawed_sets, sharpening))
+    SimplifyState state(work, layout(), options_, scale_);
+    if (!state.limit_deviation(*bound_samples_, limit, is_high_poly, flawed_sets, sharpening))
       break;
-    shrinking.run_within();
+    state.run_within_bound();
     SimplifyResult result;
-    const std::size_t mended = repair_within(shrinking, result);
+    const std::size_t repaired_count = repair_within_bound(state, result);
     result.deviation = measure(result, kMaxSamples);
     if (result.deviation.largest > bound) {
       limit *= 0.95 * bound / result.deviation.largest;
@@ -89,14 +91,14 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     }
     result.low_to_high =
         low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
-    result.is_bounded = shrinking.is_bounded();
+    result.is_bounded = state.is_bounded();
     const bool is_sound = has_no_flaws(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
       best = result;
-      repaired_count_of_best = mended;
+      repaired_count_of_best = repaired_count;
     }
-    const std::size_t most = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
-    if (is_sound || result.flawed.empty() || result.flawed.size() > most) break;
+    const std::size_t max_flaws = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
+    if (is_sound || result.flawed.empty() || result.flawed.size() > max_flaws) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     flawed_sets.push_back(result.flawed);
     // In the next run, the ball around each flaw is smaller: its radius is that of the flawed triangle alone, without

@@ -17,10 +17,10 @@
 namespace kiln {
 
 double reduced_share(const MeshStream& mesh, std::uint32_t faces) {
-  constexpr double kMaxShare = 0.25, kMaxTriangles = 4e6, kMinPerFace = 8;
+  constexpr double kMaxReducedShare = 0.25, kMaxTriangles = 4e6, kMinTrianglesPerFace = 8;
   const auto triangles = static_cast<double>(mesh.triangle_count());
-  const double goal = std::min(kMaxShare * triangles, kMaxTriangles);
-  return std::min(1.0, std::max(goal, kMinPerFace * faces) / triangles);
+  const double goal = std::min(kMaxReducedShare * triangles, kMaxTriangles);
+  return std::min(1.0, std::max(goal, kMinTrianglesPerFace * faces) / triangles);
 }
 
 void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles, double share) {
@@ -44,9 +44,9 @@ void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles
 }
 
 void reduce_pieces(Mesh& mesh, double share) {
-  constexpr std::size_t kMinPiece = 500'000;
+  constexpr std::size_t kMinPieceTriangles = 500'000;
   const std::vector<std::vector<std::uint32_t>> pieces =
-      pieces_of(mesh.positions, mesh.triangles, kMinPiece);
+      pieces_of(mesh.positions, mesh.triangles, kMinPieceTriangles);
   const std::vector<std::uint8_t> is_shared =
       vertices_between_pieces(pieces, mesh.triangles, mesh.positions.size());
   std::vector<std::vector<Triangle>> reduced(pieces.size());

@@ -29,12 +29,12 @@ void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles
 inline constexpr double kMinReducedShare = 0.2;
 
 /// Reduces a mesh in memory in the way chunks are reduced, in pieces whose borders differ from those of the chunks.
-/// Colours stay. Vertices that are no longer used stay, too.
+/// Colours are kept, and so are vertices that are no longer used.
 void reduce_pieces(Mesh& mesh, double share);
 
-/// Replaces those figures of a report that compare a low poly with the reduced mesh by figures that compare it with the
-/// mesh itself: `input_faces`, and `error` and `mean_error` over as many samples as simplify() takes. If parts were
-/// dropped, which errors leave out, the errors of the reduced mesh are kept.
+/// Corrects the report of a mesh that was reduced before simplify(): replaces `input_faces`, `error` and `mean_error`,
+/// which refer to the reduced mesh, by values that refer to the mesh itself. Uses as many samples as simplify(). If
+/// small parts were removed, `error` and `mean_error` stay, because errors must not count removed parts.
 /// \param low  the result of simplify() for the reduced mesh
 void measure_deviation(const MeshStream& mesh, const Mesh& low, SimplifyReport& report);
 

@@ -45,8 +45,9 @@ constexpr double kQuadricWeight = 0.003, kMaxQuadricFactor = 1000;
 constexpr double kMaxStepShare = 0.3;
 /// Cosine of the largest angle by which a step may turn a triangle's normal.
 constexpr double kMinStepTurnCosine = 0.9;
-/// A step may not make a triangle's doubled area over its squared longest side fall below this.
-constexpr double kMinShape = 1e-3;
+/// Minimum of a triangle's doubled area over its squared longest side. A step of a vertex may not take a triangle below
+/// it.
+constexpr double kMinStepShape = 1e-3;
 /// Bound on the rounding of distances to single precision, at unit size.
 constexpr double kSingleRounding = 1e-6;
 
@@ -55,11 +56,11 @@ Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b
 /// Barycentric coordinates of the point of a triangle that is nearest to p.
 std::array<double, 3> nearest_barycentric(const Vec3d& p, const std::array<Vec3d, 3>& c) {
   const Vec3d n = normal_of(c[0], c[1], c[2]);
-  const double whole = dot(n, n);
+  const double squared_normal = dot(n, n);
   std::array<double, 3> share{1, 0, 0};
-  if (whole > 0) {
+  if (squared_normal > 0) {
     for (std::size_t k = 0; k < 3; ++k) {
-      share[k] = dot(n, normal_of(p, c[(k + 1) % 3], c[(k + 2) % 3])) / whole;
+      share[k] = dot(n, normal_of(p, c[(k + 1) % 3], c[(k + 2) % 3])) / squared_normal;
     }
     if (share[0] >= 0 && share[1] >= 0 && share[2] >= 0) return share;
   }
@@ -140,8 +141,8 @@ struct StepEquations {
     weight += square;
     squared_sum += square * along * along;
   }
-  /// Pulls the vertex towards a plane, but not along it. A tangential pull displaced vertices that their quadrics
-  /// hardly hold, as on shallow fillets.
+  /// Pulls the vertex towards a plane, but not along it. A tangential pull would displace vertices that their quadrics
+  /// hardly hold in place, as on shallow fillets.
   void add_plane_equation(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
   }
@@ -221,7 +222,7 @@ class MovingMesh {
       const double size = length(normal_after);
       const Vec3d ab = b - target, bc = c - b, ca = target - c;
       const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
-      if (!(size > kMinShape * longest)) return false;
+      if (!(size > kMinStepShape * longest)) return false;
       if (!(dot(normal_before, normal_after) > kMinStepTurnCosine * length(normal_before) * size))
         return false;
       if (height_field_ && !(upward_quality(target, b, c) > kMinUpwardQuality)) return false;
@@ -261,32 +262,34 @@ void SurfaceFit::set_weights() {
                });
 }
 
-/// Draws samples at equal distances along the list of triangles, measured by their weights: the centroid of a triangle
-/// for one sample, three points of it for more. If there are few triangles, draws three points from each. Weighing by
-/// area alone would leave fillets, rims and edges with one or two samples, and faces there would move at random.
-void SurfaceFit::draw_samples(std::size_t wanted) {
-  if (requested_samples_ == wanted) return;
-  requested_samples_ = wanted;
+/// Draws samples in proportion to the triangles' weights: walks along the cumulated weights in equal steps. A triangle
+/// that contains one step is sampled at its centroid, one that contains several at three points. If there are few
+/// triangles, each is sampled at three points. Weights by area alone would leave fillets, rims and edges with one or
+/// two samples, and faces there would move at random.
+void SurfaceFit::draw_samples(std::size_t sample_count) {
+  if (requested_samples_ == sample_count) return;
+  requested_samples_ = sample_count;
   if (triangle_weights_.empty()) set_weights();
   using BarycentricWeights = std::array<double, 3>;
   constexpr std::array<BarycentricWeights, 3> kThreePoints{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   constexpr std::array<BarycentricWeights, 1> kCentroid{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
-  const bool draws_from_all = kThreePoints.size() * triangles_.size() < wanted;
+  const bool draws_from_all = kThreePoints.size() * triangles_.size() < sample_count;
   const double step = std::accumulate(triangle_weights_.begin(), triangle_weights_.end(), 0.0) /
-                      static_cast<double>(wanted);
+                      static_cast<double>(sample_count);
   samples_.clear();
-  samples_.reserve(draws_from_all ? kThreePoints.size() * triangles_.size() : wanted + wanted / 2);
+  samples_.reserve(draws_from_all ? kThreePoints.size() * triangles_.size()
+                                  : sample_count + sample_count / 2);
   double sum = 0;
   for (std::size_t i = 0; i < triangle_weights_.size(); ++i) {
     if (!(triangle_weights_[i] > 0)) continue;
     const double first_index = std::floor(sum / step);
     sum += triangle_weights_[i];
-    const double picked = std::floor(sum / step) - first_index;
-    if (!draws_from_all && picked < 1) continue;
+    const double picked_count = std::floor(sum / step) - first_index;
+    if (!draws_from_all && picked_count < 1) continue;
     const std::span<const BarycentricWeights> places =
-        draws_from_all || picked > 1 ? std::span<const BarycentricWeights>(kThreePoints)
-                                     : std::span<const BarycentricWeights>(kCentroid);
+        draws_from_all || picked_count > 1 ? std::span<const BarycentricWeights>(kThreePoints)
+                                           : std::span<const BarycentricWeights>(kCentroid);
     const Triangle& t = triangles_[i];
     const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
                 c = to_double(positions_[t[2]]);
@@ -305,8 +308,8 @@ void SurfaceFit::draw_samples(std::size_t wanted) {
 }
 
 /// Position of a sample's match on the current low poly.
-Vec3d SurfaceFit::place_of(const Sample& s, const std::vector<Vec3d>& points,
-                           const std::vector<Triangle>& low) {
+Vec3d SurfaceFit::matched_position(const Sample& s, const std::vector<Vec3d>& points,
+                                   const std::vector<Triangle>& low) {
   const Triangle& t = low[s.triangle];
   return points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
 }
@@ -317,7 +320,7 @@ double SurfaceFit::squared_distance_bound(const Sample& known, const Vec3d& poin
                                           const std::vector<Vec3d>& points,
                                           const std::vector<Triangle>& low) {
   if (known.share == std::array<double, 3>{}) return std::numeric_limits<double>::infinity();
-  const double distance = length(point - place_of(known, points, low)) + kSingleRounding;
+  const double distance = length(point - matched_position(known, points, low)) + kSingleRounding;
   return distance * distance;
 }
 
@@ -336,10 +339,10 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
   for (std::size_t t = 0; t < low.size(); ++t) {
     if (is_movable[t] != 0) movable_triangles.push_back(low[t]);
   }
-  const bool all_move = movable_triangles.size() == low.size();
-  const SurfaceDistance movable_tree(single_positions,
-                                     all_move ? std::span<const Triangle>() : movable_triangles);
-  // True if a fixed triangle is nearer than all movable ones.
+  const bool are_all_movable = movable_triangles.size() == low.size();
+  const SurfaceDistance movable_tree(
+      single_positions, are_all_movable ? std::span<const Triangle>() : movable_triangles);
+  // True if a fixed triangle is nearer to the sample than every movable triangle.
   const auto is_at_rest = [&](const Vec3& point, std::uint32_t triangle) {
     if (is_movable[triangle] != 0) return false;
     const Triangle& t = low[triangle];
@@ -356,11 +359,13 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
       if (s.weight == 0) continue;
       // The previous match of the sample, or that of the sample before it, bounds the search.
       const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
-      const double within = known == nullptr ? std::numeric_limits<double>::infinity()
-                                             : squared_distance_bound(*known, s.point, points, low);
+      const double max_squared_distance =
+          known == nullptr ? std::numeric_limits<double>::infinity()
+                           : squared_distance_bound(*known, s.point, points, low);
       const Vec3 point = to_float(s.point);
-      const bool at_rest = !all_move && known != nullptr && is_at_rest(point, known->triangle);
-      s.triangle = at_rest ? known->triangle : tree.nearest(point, within);
+      const bool is_sample_at_rest =
+          !are_all_movable && known != nullptr && is_at_rest(point, known->triangle);
+      s.triangle = is_sample_at_rest ? known->triangle : tree.nearest(point, max_squared_distance);
       const Triangle& t = low[s.triangle];
       const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
       const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
@@ -391,15 +396,15 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       if (moving_mesh.fixed(v)) continue;
       StepEquations step_equations;
       const Sample* nearest = nullptr;
-      double least = std::numeric_limits<double>::infinity();
+      double min_squared_length = std::numeric_limits<double>::infinity();
       for (const VertexLists::Item& corner : moving_mesh.corners(v)) {
         for (const VertexLists::Item& item : triangle_samples.of(corner.index / 3)) {
           const Sample& s = found[item.index];
           if (s.weight == 0) continue;
           const Vec3d offset = s.point - points[v];
-          if (const double square = dot(offset, offset); square < least)
-            least = square, nearest = &s;
-          step_equations.add(s.normal, s.point - place_of(s, points, low),
+          if (const double square = dot(offset, offset); square < min_squared_length)
+            min_squared_length = square, nearest = &s;
+          step_equations.add(s.normal, s.point - matched_position(s, points, low),
                              s.share[corner.index % 3], s.weight);
         }
       }
@@ -415,8 +420,8 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       const double size = length(step), longest = moving_mesh.longest_step(v);
       if (!(size > 0)) continue;  // Also skips NaN
       if (size > longest) step = step * (longest / size);
-      for (const double part : {1.0, 0.5}) {
-        const Vec3d target = snap_(points[v] + step * part);
+      for (const double step_share : {1.0, 0.5}) {
+        const Vec3d target = snap_(points[v] + step * step_share);
         if (!moving_mesh.allows_step(v, target)) continue;
         points[v] = target;
         break;

@@ -60,8 +60,8 @@ class SurfaceFit {
   static std::size_t sample_count_for(std::size_t faces, bool draft);
   void draw_samples(std::size_t wanted);
   void set_weights();
-  static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
-                        const std::vector<Triangle>& low);
+  static Vec3d matched_position(const Sample& s, const std::vector<Vec3d>& points,
+                                const std::vector<Triangle>& low);
   static double squared_distance_bound(const Sample& known, const Vec3d& point,
                                        const std::vector<Vec3d>& points,
                                        const std::vector<Triangle>& low);

@@ -24,16 +24,17 @@ namespace {
 using Rgba = Eigen::Array4d;
 using Colors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 
-constexpr std::size_t kMinPlaces = 100000;
-constexpr std::size_t kPlacesPerVertex = 40;
-constexpr std::size_t kPlacesPerTask = 256;
+constexpr std::size_t kMinColorSamples = 100000;
+constexpr std::size_t kColorSamplesPerVertex = 40;
+constexpr std::size_t kColorSamplesPerTask = 256;
 // Additional share of a vertex's weight for its nearest sample. It damps ringing where samples are few.
-constexpr double kNearestWeight = 0.01;
-// A vertex lies on one side of a sheet if the sum of its normals is longer than this share of the area of its faces.
+constexpr double kNearestSampleWeight = 0.01;
+// A vertex counts as lying on only one side of a sheet if the length of the sum of its area-weighted normals is more
+// than this share of the area of its faces.
 constexpr double kMinOneSidedShare = 0.1;
 
 /// A vertex of the high poly, and its nearest point on the low poly.
-struct ColoredPlace {
+struct ColorSample {
   Triangle corners{};
   std::array<double, 3> share{};
   double area = 0;
@@ -48,15 +49,15 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
 /// For each vertex, the area and the normals of the faces around it.
 struct VertexSurroundings {
   std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite
-  std::vector<Vec3d>
-      facing;  ///< Sum of cross products; about 0 for a vertex on both sides of a sheet
+  /// Sum of the faces' cross products; about 0 for a vertex that both sides of a sheet share
+  std::vector<Vec3d> facing;
 
   /// Side of a triangle on which a vertex lies: the side of the triangle's normal (1), the opposite side (-1), or both
   /// (0).
   int side(std::size_t vertex, const Vec3d& normal) const {
-    const double agrees = dot(facing[vertex], normal);
-    if (std::abs(agrees) < kMinOneSidedShare * 6 * area[vertex] * length(normal)) return 0;
-    return agrees > 0 ? 1 : -1;
+    const double agreement = dot(facing[vertex], normal);
+    if (std::abs(agreement) < kMinOneSidedShare * 6 * area[vertex] * length(normal)) return 0;
+    return agreement > 0 ? 1 : -1;
   }
 };
 
@@ -75,28 +76,29 @@ VertexSurroundings surroundings_of_vertices(const Mesh& high, const std::vector<
   return around;
 }
 
-std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
+std::vector<ColorSample> draw_samples(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
   const VertexSurroundings around = surroundings_of_vertices(high, high_points);
   const SurfaceDistance surface(low_points, low.triangles);
   const TwoSided sides = TwoSided::of(low);
-  const std::size_t most = std::max(kMinPlaces, kPlacesPerVertex * low.positions.size());
-  const std::size_t step = (high_points.size() + most - 1) / most;
+  const std::size_t max_samples =
+      std::max(kMinColorSamples, kColorSamplesPerVertex * low.positions.size());
+  const std::size_t step = (high_points.size() + max_samples - 1) / max_samples;
   const std::size_t count = (high_points.size() + step - 1) / step;
   // A vertex on both sides of a sheet gets a second sample on the sheet's back.
-  std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
-  parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
+  std::vector<ColorSample> samples(sides.empty() ? count : 2 * count);
+  parallel_for(count, kColorSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3& point = high_points[i * step];
       if (!(around.area[i * step] > 0) || !is_finite(point)) continue;
-      const auto set_place = [&](ColoredPlace& place, std::uint32_t triangle, double area) {
-        place.area = area;
-        place.color = linear_of(high.colors[i * step]);
-        place.corners = low.triangles[triangle];
-        const auto& [a, b, c] = place.corners;
-        place.share = barycentric_projection(to_double(point), to_double(low_points[a]),
-                                             to_double(low_points[b]), to_double(low_points[c]));
+      const auto set_sample = [&](ColorSample& sample, std::uint32_t triangle, double area) {
+        sample.area = area;
+        sample.color = linear_of(high.colors[i * step]);
+        sample.corners = low.triangles[triangle];
+        const auto& [a, b, c] = sample.corners;
+        sample.share = barycentric_projection(to_double(point), to_double(low_points[a]),
+                                              to_double(low_points[b]), to_double(low_points[c]));
       };
       const std::uint32_t nearest = surface.nearest(point);
       const std::uint32_t twin = sides.empty() ? TwoSided::kNone : sides.twins[nearest];
@@ -104,11 +106,11 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
                            ? 1
                            : around.side(i * step, face_of(low_points, low.triangles[nearest]));
       const double area = around.area[i * step];
-      set_place(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
-      if (side == 0) set_place(places[count + i], twin, area / 2);
+      set_sample(samples[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
+      if (side == 0) set_sample(samples[count + i], twin, area / 2);
     }
   });
-  return places;
+  return samples;
 }
 
 /// Sums of colours at each vertex of the low poly.
@@ -120,17 +122,17 @@ struct VertexColors {
   Colors nearest;
 };
 
-VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t count) {
+VertexColors nearest_samples(const std::vector<ColorSample>& samples, std::size_t count) {
   VertexColors result{std::vector<double>(count),
                       Colors::Zero(static_cast<Eigen::Index>(count), 4)};
   std::vector<double> share(count);
-  for (const ColoredPlace& place : places) {
+  for (const ColorSample& sample : samples) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = place.corners[k];
-      result.weight[v] += place.area * place.share[k];
-      if (place.area == 0 || place.share[k] <= share[v]) continue;
-      share[v] = place.share[k];
-      result.nearest.row(v) = place.color.matrix().transpose();
+      const std::uint32_t v = sample.corners[k];
+      result.weight[v] += sample.area * sample.share[k];
+      if (sample.area == 0 || sample.share[k] <= share[v]) continue;
+      share[v] = sample.share[k];
+      result.nearest.row(v) = sample.color.matrix().transpose();
     }
   }
   return result;
@@ -164,23 +166,23 @@ void fill_uncolored(const Mesh& low, VertexColors& vertices) {
 }
 
 /// Fits the colours of vertices to all samples by least squares.
-Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices) {
+Colors fit(const std::vector<ColorSample>& samples, const VertexColors& vertices) {
   const Eigen::Index count = vertices.nearest.rows();
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(9 * places.size() + vertices.weight.size());
+  entries.reserve(9 * samples.size() + vertices.weight.size());
   Colors right = Colors::Zero(count, 4);
-  for (const ColoredPlace& place : places) {
+  for (const ColorSample& sample : samples) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const double w = place.area * place.share[i];
+      const double w = sample.area * sample.share[i];
       if (w == 0) continue;
-      right.row(place.corners[i]) += (w * place.color).matrix().transpose();
+      right.row(sample.corners[i]) += (w * sample.color).matrix().transpose();
       for (std::size_t k = 0; k < 3; ++k) {
-        entries.emplace_back(place.corners[i], place.corners[k], w * place.share[k]);
+        entries.emplace_back(sample.corners[i], sample.corners[k], w * sample.share[k]);
       }
     }
   }
   for (Eigen::Index v = 0; v < count; ++v) {
-    const double w = kNearestWeight * vertices.weight[static_cast<std::size_t>(v)];
+    const double w = kNearestSampleWeight * vertices.weight[static_cast<std::size_t>(v)];
     entries.emplace_back(v, v, w);
     right.row(v) += w * vertices.nearest.row(v);
   }
@@ -206,10 +208,10 @@ void transfer_colors(const Mesh& high, Mesh& low) {
     low.colors.assign(low.positions.size(), high.colors.front());
     return;
   }
-  const std::vector<ColoredPlace> places = places_of(high, low);
-  VertexColors vertices = nearest_places(places, low.positions.size());
+  const std::vector<ColorSample> samples = draw_samples(high, low);
+  VertexColors vertices = nearest_samples(samples, low.positions.size());
   fill_uncolored(low, vertices);
-  const Colors colors = fit(places, vertices);
+  const Colors colors = fit(samples, vertices);
   low.colors.resize(low.positions.size());
   for (std::size_t v = 0; v < low.colors.size(); ++v) {
     const Rgba color = colors.row(static_cast<Eigen::Index>(v)).transpose().array();

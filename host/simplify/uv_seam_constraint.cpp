@@ -115,7 +115,7 @@ void UvSeamConstraint::add_uv_errors(const CollapseMesh& mesh) {
   double surface = 0, layout = 0;
   std::array<Vec3d, 3> p{}, gradients{};
   std::array<Vec2, 3> uv;
-  const auto load = [&](std::size_t t) {
+  const auto load_corners = [&](std::size_t t) {
     for (std::size_t k = 0; k < 3; ++k) {
       p[k] = mesh.points[mesh.triangles[t][k]];
       uv[k] = layout_.uvs[layout_.corners[t][k]];
@@ -123,14 +123,14 @@ void UvSeamConstraint::add_uv_errors(const CollapseMesh& mesh) {
     return is_finite(uv[0]) && is_finite(uv[1]) && is_finite(uv[2]);
   };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!load(t)) continue;
+    if (!load_corners(t)) continue;
     surface += length(cross(p[1] - p[0], p[2] - p[0]));
     layout += std::abs(doubled_area(uv));
   }
   scale_ = layout > 0 ? std::sqrt(surface / layout) : 1;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double area = 0;
-    if (!load(t) || !corner_gradients(p, gradients, area)) continue;
+    if (!load_corners(t) || !corner_gradients(p, gradients, area)) continue;
     UvErrorSums contribution;
     contribution.weight = area / 3;
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -251,12 +251,12 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
   }
   const bool is_along_line = vertex_class_[a] != kInsideVertex && vertex_class_[b] != kInsideVertex;
   if (is_along_line && !is_line(mesh, a, b)) return plan;
-  const bool a_may_go =
+  const bool can_remove_a =
       vertex_class_[a] == kInsideVertex || (is_along_line && vertex_class_[a] == kLineVertex);
-  const bool b_may_go =
+  const bool can_remove_b =
       vertex_class_[b] == kInsideVertex || (is_along_line && vertex_class_[b] == kLineVertex);
-  if (a_may_go && anchor != Anchor::first) onto(a, b);
-  if (!b_may_go || anchor == Anchor::second) return plan;
+  if (can_remove_a && anchor != Anchor::first) onto(a, b);
+  if (!can_remove_b || anchor == Anchor::second) return plan;
   const Plan reverse_plan = plan;
   onto(b, a);
   if (reverse_plan.kind == Plan::Kind::none) return plan;
@@ -267,8 +267,8 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     const auto key = [&](const Plan& p) { return uv_copies_.first_copy(p.pairs[0].kept); };
     return key(reverse_plan) < key(plan) ? reverse_plan : plan;
   }
-  // Chooses the cheaper direction. On a straight line, the cost of the shape hardly depends on the direction, and the
-  // UV error decides.
+  // Chooses the cheaper direction. On a straight line, the geometric error is nearly the same in both directions, so
+  // the UV error decides.
   const Quadric keeps_b = cost_of(reverse_plan), keeps_a = cost_of(plan);
   return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? reverse_plan : plan;
 }
@@ -282,23 +282,24 @@ Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
     sum += uv_error_sums_[plan.pairs[i].kept];
     if (!(sum.weight > 0)) continue;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      Quadric part = sum.linear[axis];
-      part.area = 0;
+      Quadric axis_cost = sum.linear[axis];
+      axis_cost.area = 0;
       if (plan.kind == Plan::Kind::inside) {
         // Hoppe 1999, section 3. The UV is eliminated from the equations, since it takes its best value at each
         // position.
-        part.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
+        axis_cost.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
       } else {
         const double value = scale_ * uv_component(layout_.uvs[plan.pairs[i].kept], axis);
         const Vec3d step = sum.gradient[axis] * -value;
-        part.x += step.x, part.y += step.y, part.z += step.z;
-        part.c += value * (sum.weight * value - 2 * sum.offset[axis]);
+        axis_cost.x += step.x, axis_cost.y += step.y, axis_cost.z += step.z;
+        axis_cost.c += value * (sum.weight * value - 2 * sum.offset[axis]);
       }
-      for (double* term : {&part.xx, &part.xy, &part.xz, &part.yy, &part.yz, &part.zz, &part.x,
-                           &part.y, &part.z, &part.c}) {
+      for (double* term :
+           {&axis_cost.xx, &axis_cost.xy, &axis_cost.xz, &axis_cost.yy, &axis_cost.yz,
+            &axis_cost.zz, &axis_cost.x, &axis_cost.y, &axis_cost.z, &axis_cost.c}) {
         *term *= weight;
       }
-      cost += part;
+      cost += axis_cost;
     }
   }
   return cost;
@@ -365,13 +366,13 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
       if (after != 0 && !std::isnan(after)) return false;
       continue;
     }
-    const double least = std::min(kMinUvShape, std::abs(before));
-    if (!((before > 0 ? after : -after) >= least)) return false;
+    const double min_shape = std::min(kMinUvShape, std::abs(before));
+    if (!((before > 0 ? after : -after) >= min_shape)) return false;
   }
   return true;
 }
 
-/// True if the seam or border stays valid when it skips the removed vertex.
+/// True if the seam or border stays valid when the removed vertex is taken out of it.
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
   bool is_free = true;
@@ -553,7 +554,7 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   const Vec2 from = layout_.uvs[first_plan.pairs[0].kept], to = uv_at(first_plan, target);
   for (std::size_t i = 1; i < group.planned_collapses.size(); ++i) {
     const Plan& twin = group.planned_collapses[i];
-    twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge
+    twins.push_back({twin.kept, twin.gone});  // The vertex that plan() removes must come second
     if (twin.kind != Plan::Kind::inside) continue;
     const std::uint32_t corner = twin.pairs[0].kept;
     const Vec2& old_uv = layout_.uvs[corner];

@@ -57,11 +57,12 @@ class UvSeamConstraint : public CollapseConstraint {
   const Layout& layout() const { return layout_; }
 
  private:
-  /// Area-weighted sums of the squared errors of affine maps from positions to UVs.
+  /// Error of UVs as a quadric (Hoppe 1999). Each triangle maps a position p to a UV coordinate g . p + d, by an affine
+  /// map with gradient g; its weight w is its area. The sums are over triangles.
   struct UvErrorSums {
     std::array<Quadric, 2> linear;    ///< For u and for v: sum of w (g . p + d)^2
-    std::array<Vec3d, 2> gradient{};  ///< Sum of w g, with w and g as in `linear`
-    std::array<double, 2> offset{};   ///< Sum of w d, with w and d as in `linear`
+    std::array<Vec3d, 2> gradient{};  ///< For u and for v: sum of w g
+    std::array<double, 2> offset{};   ///< For u and for v: sum of w d
     double weight = 0;
     UvErrorSums& operator+=(const UvErrorSums& other);
     double best_uv(std::size_t axis, const Vec3d& p) const;

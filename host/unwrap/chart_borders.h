@@ -51,7 +51,7 @@ class ChartBorders {
     next_[a] = b;
     previous_[b] = a;
   }
-  /// Replaces the state of all edges by a saved one. Does not update the rings.
+  /// Restores a saved state (glued or open) of all edges. Does not update the rings.
   void restore(std::vector<std::uint8_t> glued) { glued_ = std::move(glued); }
 
  private:

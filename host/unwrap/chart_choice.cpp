@@ -67,9 +67,9 @@ struct ChartCandidate {
   double score = -std::numeric_limits<double>::infinity();
 };
 
-ChartCandidate& best_candidate(std::vector<ChartCandidate>& tried) {
+ChartCandidate& best_candidate(std::vector<ChartCandidate>& tried_candidates) {
   return *std::max_element(
-      tried.begin(), tried.end(),
+      tried_candidates.begin(), tried_candidates.end(),
       [](const ChartCandidate& a, const ChartCandidate& b) { return a.score < b.score; });
 }
 
@@ -84,15 +84,16 @@ CutPrice cut_price(const ChartSurface& surface, const UnwrapOptions& options,
 
 /// Cuts charts with each of several pairs of penalties, and straightens the seams.
 /// \returns one candidate for each pair of penalties
-std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions& options,
-                                std::span<const CutPenalties> all_penalties,
-                                const ChosenCharts& grown, int threads) {
+std::vector<ChartCandidate> cut_with_penalties(const ChartSurface& surface,
+                                               const UnwrapOptions& options,
+                                               std::span<const CutPenalties> all_penalties,
+                                               const ChosenCharts& grown, int threads) {
   std::vector<CutPrice> prices;
   for (const CutPenalties& penalties : all_penalties)
     prices.push_back(cut_price(surface, options, penalties));
   std::vector<CutCharts> parts = cut_charts(surface, grown.borders, prices, grown.charts, threads);
   std::vector<ChartCandidate> result(all_penalties.size(), ChartCandidate{{grown.borders, {}}});
-  const auto trim = [&](std::size_t begin, std::size_t end) {
+  const auto straighten = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       ChosenCharts& chosen = result[i].chosen;
       chosen.borders.restore(std::move(parts[i].glued));
@@ -100,7 +101,7 @@ std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions
       trim_charts(surface, chosen.borders, {}, chosen.charts);
     }
   };
-  parallel_for(result.size(), 1, trim, threads);
+  parallel_for(result.size(), 1, straighten, threads);
   return result;
 }
 
@@ -113,8 +114,8 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
   added *= std::sqrt(surface.finer_per_triangle);
   const double positions =
       static_cast<double>(surface.positions.size()) * surface.finer_per_triangle;
-  const double beyond = std::max(0.0, added - kAllowanceFactor * std::sqrt(positions));
-  return kVertexPrice * (beyond + kAllowancePrice * (added - beyond)) / positions;
+  const double excess_vertices = std::max(0.0, added - kAllowanceFactor * std::sqrt(positions));
+  return kVertexPrice * (excess_vertices + kAllowancePrice * (added - excess_vertices)) / positions;
 }
 
 /// The penalties to try when these charts are cut.
@@ -127,11 +128,12 @@ std::vector<CutPenalties> penalties_for(const ChartSurface& surface,
 }
 
 /// Indices of candidates whose seams differ from all previous ones.
-std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& tried) {
+std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& tried_candidates) {
   std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < tried.size(); ++i) {
+  for (std::size_t i = 0; i < tried_candidates.size(); ++i) {
     const bool is_known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
-      return tried[other].chosen.borders.glued() == tried[i].chosen.borders.glued();
+      return tried_candidates[other].chosen.borders.glued() ==
+             tried_candidates[i].chosen.borders.glued();
     });
     if (!is_known) result.push_back(i);
   }
@@ -160,14 +162,15 @@ ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& op
     grown.is_independent_of_size = true;
     return {std::move(grown)};
   }
-  std::vector<ChartCandidate> tried = cut(surface, options, all_penalties, grown, threads);
-  if (grown.charts.size() > kMaxChartsToCut) return std::move(tried[0]);
-  const std::vector<std::size_t> distinct = distinct_candidates(tried);
+  std::vector<ChartCandidate> tried_candidates =
+      cut_with_penalties(surface, options, all_penalties, grown, threads);
+  if (grown.charts.size() > kMaxChartsToCut) return std::move(tried_candidates[0]);
+  const std::vector<std::size_t> distinct = distinct_candidates(tried_candidates);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[distinct[n]]);
+    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried_candidates[distinct[n]]);
   };
   parallel_for(distinct.size(), 1, pack_one, threads);
-  return std::move(best_candidate(tried));
+  return std::move(best_candidate(tried_candidates));
 }
 
 ChosenCharts choose_directly(const ChartSurface& surface, const UnwrapOptions& options,
@@ -193,14 +196,14 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
     return choose_directly(surface, options, {}, threads);
   const ChosenCharts chosen = choose_directly(proxy.surface, options, kProxyLimits, threads);
   std::size_t regrown_triangles = 0;
-  ChartCandidate made{
+  ChartCandidate transferred{
       transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, regrown_triangles)};
   if (static_cast<double>(regrown_triangles) >
       kMaxRegrownShare * static_cast<double>(surface.triangles.size()))
     return choose_directly(surface, options, {}, threads);
-  if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
-  pack(surface, options, made);
-  return std::move(made.chosen);
+  if (!chosen.packed || transferred.chosen.packed) return std::move(transferred.chosen);
+  pack(surface, options, transferred);
+  return std::move(transferred.chosen);
 }
 
 void relax_charts(std::vector<FlatChart>& charts, int threads) {

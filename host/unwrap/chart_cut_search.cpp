@@ -123,11 +123,11 @@ class LineSearch {
   }
 
   void find_links() {
-    std::vector<std::vector<NodeEdge>> from(nodes_.size());
+    std::vector<std::vector<NodeEdge>> edges_of_node(nodes_.size());
     for (const CutShape::Edge& edge : band_edges_) {
-      add_link(from, node_of_triangle_[edge.a], node_of_triangle_[edge.b], edge.length);
+      add_link(edges_of_node, node_of_triangle_[edge.a], node_of_triangle_[edge.b], edge.length);
     }
-    collect_links(from);
+    collect_links(edges_of_node);
   }
 
   /// Merges each island into the neighbour with which it shares the longest border. The sides of bands are ragged,
@@ -161,29 +161,29 @@ class LineSearch {
     if (nodes.size() == count) return;
     nodes_ = std::move(nodes);
     for (std::uint32_t& node : node_of_triangle_) node = new_index[node];
-    std::vector<std::vector<NodeEdge>> from(nodes_.size());
+    std::vector<std::vector<NodeEdge>> edges_of_node(nodes_.size());
     for (const NodeEdge& link : links_) {
-      add_link(from, new_index[link.a], new_index[link.b], link.length);
+      add_link(edges_of_node, new_index[link.a], new_index[link.b], link.length);
     }
-    collect_links(from);
+    collect_links(edges_of_node);
   }
 
-  void collect_links(const std::vector<std::vector<NodeEdge>>& from) {
+  void collect_links(const std::vector<std::vector<NodeEdge>>& edges_of_node) {
     links_.clear();
-    for (const std::vector<NodeEdge>& some : from)
-      links_.insert(links_.end(), some.begin(), some.end());
+    for (const std::vector<NodeEdge>& node_edges : edges_of_node)
+      links_.insert(links_.end(), node_edges.begin(), node_edges.end());
   }
 
-  static void add_link(std::vector<std::vector<NodeEdge>>& from, std::uint32_t a, std::uint32_t b,
-                       double length) {
+  static void add_link(std::vector<std::vector<NodeEdge>>& edges_of_node, std::uint32_t a,
+                       std::uint32_t b, double length) {
     if (a == b) return;
     if (a > b) std::swap(a, b);
-    const auto known = std::find_if(from[a].begin(), from[a].end(),
-                                    [&](const NodeEdge& link) { return link.b == b; });
-    if (known == from[a].end()) {
-      from[a].push_back({a, b, length});
+    const auto merged_edge = std::find_if(edges_of_node[a].begin(), edges_of_node[a].end(),
+                                          [&](const NodeEdge& link) { return link.b == b; });
+    if (merged_edge == edges_of_node[a].end()) {
+      edges_of_node[a].push_back({a, b, length});
     } else {
-      known->length += length;
+      merged_edge->length += length;
     }
   }
 
@@ -234,9 +234,9 @@ class LineSearch {
       const double cost =
           part.length * (2 * price.margin + price.seam) - 2 * price.size * part.area * rest;
       const double gain_to_beat = best.gain_at(part.length);
-      if (shape_.box - kMinBoxRatio * shape_.area - cost <= gain_to_beat) continue;
+      if (shape_.box_area - kMinBoxRatio * shape_.area - cost <= gain_to_beat) continue;
       if (box_area_sum < 0) box_area_sum = box_area_with_and_without(p);
-      const double gain = shape_.box - box_area_sum - cost;
+      const double gain = shape_.box_area - box_area_sum - cost;
       if (gain <= gain_to_beat) continue;
       best.gain = gain;
       best.length = part.length;
@@ -266,11 +266,11 @@ class LineSearch {
   /// Computes the extents of all nodes in one pass over the border vertices, which determine them.
   void compute_extents() {
     node_extents_.assign(nodes_.size(), {});
-    std::vector<std::uint32_t> last(shape_.vertex_extents.size(), kNoIndex);
+    std::vector<std::uint32_t> last_node(shape_.vertex_extents.size(), kNoIndex);
     const auto add = [&](std::uint32_t i, std::uint32_t v) {
       const std::uint32_t node = node_of_triangle_[i];
-      if (last[v] == node) return;  // The vertex was added to this node just before
-      last[v] = node;
+      if (last_node[v] == node) return;  // The vertex was added to this node just before
+      last_node[v] = node;
       node_extents_[node].add(shape_.vertex_extents[v]);
     };
     for (const CutShape::BorderVertex& border_vertices : shape_.border_vertices)
@@ -373,12 +373,12 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
       if (open[v] != 0) border_vertices.push_back({i, v});
     }
   }
-  box = chart_extents.smallest_box();
+  box_area = chart_extents.smallest_box();
 }
 
 bool CutShape::may_reduce_cost(const CutPrice& price) const {
   return area >= 2 * price.min_part_area &&
-         box - kMinBoxRatio * area + 0.5 * price.size * area * area > 0;
+         box_area - kMinBoxRatio * area + 0.5 * price.size * area * area > 0;
 }
 
 std::vector<ChartCut> CutShape::best_cuts(std::size_t direction,

@@ -23,7 +23,7 @@ struct ChartCut {
   /// 1 for each triangle of the chart that belongs to the cut-off part
   std::vector<std::uint8_t> apart;
 
-  /// The gain that another cut, whose seam has the length `other`, must exceed to be better than this one.
+  /// The gain above which another cut, whose seam has the length `other`, is better than this one.
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
@@ -67,12 +67,13 @@ class CutShape {
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  std::vector<Edge> edges;                    ///< Every inner edge once
-  std::vector<BorderVertex> border_vertices;  ///< All triangles and vertices at the border
-  std::vector<Extents> vertex_extents;        ///< Extent of each vertex
-  Extents chart_extents;                      ///< Extent of the whole chart
-  double area = 0;                            ///< Area of the chart on the surface
-  double box = 0;                             ///< Area of the chart's smallest bounding box
+  std::vector<Edge> edges;  ///< Every inner edge once
+  /// Every border vertex, with each of its triangles at the border
+  std::vector<BorderVertex> border_vertices;
+  std::vector<Extents> vertex_extents;  ///< Extent of each vertex
+  Extents chart_extents;                ///< Extent of the whole chart
+  double area = 0;                      ///< Area of the chart on the surface
+  double box_area = 0;                  ///< Area of the chart's smallest bounding box
 };
 
 }  // namespace kiln

@@ -71,20 +71,20 @@ class CutTree {
   }
 
   CutCharts charts_for_price(std::uint32_t price) const {
-    std::vector<std::size_t> ids(root_count_);
-    std::iota(ids.begin(), ids.end(), std::size_t{0});
-    for (std::size_t i = 0; i < ids.size();) {
-      const NodeSplit* const split = split_for_price(nodes_[ids[i]], price);
+    std::vector<std::size_t> node_indices(root_count_);
+    std::iota(node_indices.begin(), node_indices.end(), std::size_t{0});
+    for (std::size_t i = 0; i < node_indices.size();) {
+      const NodeSplit* const split = split_for_price(nodes_[node_indices[i]], price);
       if (split == nullptr) {
         ++i;
         continue;
       }
-      ids.push_back(split->apart);
-      ids[i] = split->rest;
+      node_indices.push_back(split->apart);
+      node_indices[i] = split->rest;
     }
     CutCharts result{borders_.glued(), {}};
     std::vector<std::size_t> node_of_triangle(surface_.triangles.size());
-    for (const std::size_t id : ids) {
+    for (const std::size_t id : node_indices) {
       for (const std::uint32_t t : nodes_[id].chart.source) node_of_triangle[t] = id;
       result.charts.push_back(nodes_[id].chart);
     }
@@ -190,10 +190,10 @@ class CutTree {
       if (!scratch) scratch = acquire(node);
       CutParts parts{{node.chart, {}, prices, {}}, {{}, {}, prices, {}}};
       const std::vector<std::uint8_t>& apart = best[p].apart;
-      const bool done = cut_apart(surface_, scratch->borders, apart, scratch->index_in_chart,
-                                  parts.rest.chart, parts.apart.chart);
+      const bool is_cut = cut_apart(surface_, scratch->borders, apart, scratch->index_in_chart,
+                                    parts.rest.chart, parts.apart.chart);
       mark_edges(node, *scratch, true);
-      if (!done) continue;
+      if (!is_cut) continue;
       parts.rest.neighbour = neighbours_in_part(node.neighbour, apart, 0);
       parts.apart.neighbour = neighbours_in_part(node.neighbour, apart, 1);
       result.push_back(std::move(parts));
@@ -238,7 +238,7 @@ class CutTree {
     free_scratches_.push_back(std::move(scratch));
   }
 
-  /// The neighbour table of one of the two parts of a cut.
+  /// For one of the two parts of a cut: the triangle across each side, as in ChartNeighbours.
   static ChartNeighbours neighbours_in_part(const ChartNeighbours& whole,
                                             const std::vector<std::uint8_t>& apart,
                                             std::uint8_t side) {

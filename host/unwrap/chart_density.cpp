@@ -19,8 +19,8 @@ namespace {
 constexpr double kErrorFloor = 0.001;
 /// Largest exponent of the error's power law. With it, the error is proportional to the square of a texel's side.
 constexpr double kMaxErrorExponent = 2;
-/// Weight of the mesh's mean error in each chart's error, as a share of the mesh's area. The mean regularizes charts
-/// with few samples.
+/// Weight with which the mesh's mean error is mixed into each chart's error, as a share of the mesh's area. It
+/// regularizes charts with few samples.
 constexpr double kMeanWeight = 0.0005;
 /// Number of directions of cuts, evenly spaced over 180 degrees.
 constexpr std::size_t kCutDirections = 8;
@@ -46,12 +46,12 @@ TexelNeed sum_needs(std::span<const TexelNeed> needs) {
   return sum;
 }
 
-/// \param whole  texel need of the whole mesh, whose mean error regularizes the fit
-PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
+/// \param mesh_need  texel need of the whole mesh, whose mean error regularizes the fit
+PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& mesh_need) {
   TexelErrors e{};
   for (std::size_t k = 0; k < e.size(); ++k) {
-    e[k] = kErrorFloor + (need.errors[k] + kMeanWeight * whole.errors[k]) /
-                             (need.area + kMeanWeight * whole.area);
+    e[k] = kErrorFloor + (need.errors[k] + kMeanWeight * mesh_need.errors[k]) /
+                             (need.area + kMeanWeight * mesh_need.area);
   }
   const double power = std::log2(e[0] / e[2]) / std::log2(kTexelSides[0] / kTexelSides[2]);
   return {need.area, cube_root(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxErrorExponent)};
@@ -74,9 +74,9 @@ double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
   return high;
 }
 
-std::vector<PowerLaw> fit_power_laws(std::span<const TexelNeed> needs, const TexelNeed& whole) {
+std::vector<PowerLaw> fit_power_laws(std::span<const TexelNeed> needs, const TexelNeed& mesh_need) {
   std::vector<PowerLaw> laws;
-  for (const TexelNeed& need : needs) laws.push_back(fit_power_law(need, whole));
+  for (const TexelNeed& need : needs) laws.push_back(fit_power_law(need, mesh_need));
   return laws;
 }
 
@@ -84,8 +84,12 @@ std::vector<PowerLaw> fit_power_laws(std::span<const TexelNeed> needs, const Tex
 class DensityCut {
  public:
   DensityCut(const ChartSurface& surface, const ChartBorders& borders, const DensityPrice& price,
-             const TexelNeed& whole, double weight)
-      : surface_(surface), borders_(borders), price_(price), whole_(whole), texel_price_(weight) {}
+             const TexelNeed& mesh_need, double weight)
+      : surface_(surface),
+        borders_(borders),
+        price_(price),
+        whole_(mesh_need),
+        texel_price_(weight) {}
 
   struct FoundCut {
     double gain = 0;
@@ -243,9 +247,9 @@ class DensityCut {
 }  // namespace
 
 std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
-  const TexelNeed whole = sum_needs(needs);
-  const std::vector<PowerLaw> laws = fit_power_laws(needs, whole);
-  const double weight = lagrange_multiplier(laws, whole.area);
+  const TexelNeed mesh_need = sum_needs(needs);
+  const std::vector<PowerLaw> laws = fit_power_laws(needs, mesh_need);
+  const double weight = lagrange_multiplier(laws, mesh_need.area);
   std::vector<double> scales;
   double used_area = 0;
   for (const PowerLaw& law : laws) {
@@ -254,7 +258,7 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
     scales.push_back(s);
     used_area += law.area * s * s;
   }
-  for (double& s : scales) s *= std::sqrt(whole.area / used_area);
+  for (double& s : scales) s *= std::sqrt(mesh_need.area / used_area);
   return scales;
 }
 
@@ -307,10 +311,10 @@ std::vector<TexelNeed> chart_needs(const std::vector<FlatChart>& charts,
 
 void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const DensityPrice& price,
                     std::span<const TexelNeed> needs, std::vector<FlatChart>& charts) {
-  const TexelNeed whole = sum_needs(needs);
+  const TexelNeed mesh_need = sum_needs(needs);
   const double weight =
-      lagrange_multiplier(fit_power_laws(chart_needs(charts, needs), whole), whole.area);
-  DensityCut search(surface, borders, price, whole, weight);
+      lagrange_multiplier(fit_power_laws(chart_needs(charts, needs), mesh_need), mesh_need.area);
+  DensityCut search(surface, borders, price, mesh_need, weight);
   std::vector<std::uint32_t> index_in_chart(surface.triangles.size());
   for (std::size_t i = 0; i < charts.size();) {
     for (std::uint32_t t = 0; t < charts[i].source.size(); ++t)

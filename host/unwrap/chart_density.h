@@ -28,8 +28,9 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs);
 
 /// The price of a cut, as area of the surface at uniform texel density.
 struct DensityPrice {
-  double margin = 0;         ///< Half of the padding, as a length on the surface
-  double seam = 0;           ///< Area to save per unit of a cut's length, on top of the padding's
+  double margin = 0;  ///< Half of the padding, as a length on the surface
+  /// Area to save per unit of a cut's length, on top of the area of its padding
+  double seam = 0;
   double min_part_area = 0;  ///< Minimum area of a part
 };
 

@@ -57,14 +57,14 @@ struct PartSearch {
   bool is_done() const { return last_failing + 1 == first_flat && !chart.source.empty(); }
   /// The index in `path` to try next. Until a part can be flattened, each attempt is on a part of at most 0.7 times the
   /// size of the previous one. From then on, the search is a bisection.
-  int next(std::span<const std::uint32_t> sizes) const {
+  int next(std::span<const std::uint32_t> trial_sizes) const {
     constexpr double kMaxNextSizeRatio = 0.7;
     if (last_failing < 0 || last_failing + 1 == first_flat) return last_failing + 1;
     if (!chart.source.empty()) return (last_failing + first_flat) / 2;
     int at = last_failing + 1;
     while (at < first_flat &&
-           sizes[path[static_cast<std::size_t>(at)]] >
-               kMaxNextSizeRatio * sizes[path[static_cast<std::size_t>(last_failing)]]) {
+           trial_sizes[path[static_cast<std::size_t>(at)]] >
+               kMaxNextSizeRatio * trial_sizes[path[static_cast<std::size_t>(last_failing)]]) {
       ++at;
     }
     return at;
@@ -145,8 +145,9 @@ class PatchFlattener {
                                scratch.index_in_chart, scratch.inverted);
     set_above(0);
     const bool is_flat = flatten_chart(chart, surface_);
-    const bool done = chart.source.size() == 1 || (is_flat && is_within_limits(chart, limits_));
-    if (!done) {
+    const bool is_accepted =
+        chart.source.size() == 1 || (is_flat && is_within_limits(chart, limits_));
+    if (!is_accepted) {
       search.last_failing = static_cast<int>(at);
       return;
     }
@@ -168,7 +169,7 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimi
   ChartMerger chart_merger(surface, borders);
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     ChartPatch patch;
-    patch.open = 3 * t;
+    patch.border_half_edge = 3 * t;
     patch.area = surface.area[t];
     patch.normal = surface.normal[t] * surface.area[t];
     chart_merger.assign_owner(t, chart_merger.add(std::move(patch)));
@@ -284,10 +285,10 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
       patch.area += surface.area[t];
       patch.normal += surface.normal[t] * surface.area[t];
       for (std::uint32_t k = 0; k < 3; ++k) {
-        if (!borders.is_glued(3 * t + k)) patch.open = 3 * t + k;
+        if (!borders.is_glued(3 * t + k)) patch.border_half_edge = 3 * t + k;
       }
     }
-    patch.border = borders.trace(patch.open);
+    patch.border_length = borders.trace(patch.border_half_edge);
     chart_merger.add(std::move(patch));
   }
   ScratchPool scratches(surface);
@@ -296,17 +297,18 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     MergeTrials<kTrialsPerBatch> trials(joined);
     // The largest trials start first, for load balance. Trials that an earlier merge of the batch may supersede come
     // last.
-    std::array<std::size_t, kTrialsPerBatch> order{}, sizes{};
+    std::array<std::size_t, kTrialsPerBatch> order{}, trial_sizes{};
     std::size_t triangles = 0;
     for (std::size_t i = 0; i < joined.size(); ++i) {
-      for (const std::uint32_t part : joined[i].parts) sizes[i] += charts[part].triangles.size();
+      for (const std::uint32_t part : joined[i].parts)
+        trial_sizes[i] += charts[part].triangles.size();
       order[i] = i;
-      triangles += sizes[i];
+      triangles += trial_sizes[i];
     }
     std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(joined.size()),
                      [&](std::size_t p, std::size_t q) {
-                       return std::pair(trials.has_rival(q), sizes[p]) >
-                              std::pair(trials.has_rival(p), sizes[q]);
+                       return std::pair(trials.has_rival(q), trial_sizes[p]) >
+                              std::pair(trials.has_rival(p), trial_sizes[q]);
                      });
     const auto flatten = [&](std::size_t begin, std::size_t end) {
       std::unique_ptr<CutScratch> scratch = scratches.acquire();

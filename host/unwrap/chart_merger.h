@@ -23,8 +23,8 @@ namespace kiln {
 inline constexpr double kSmallPatchPriority = 0.02;
 
 struct ChartPatch {
-  /// `open` is one half-edge of the patch's border; `border` is the number of half-edges of that border.
-  std::uint32_t open = 0, border = 3;
+  /// One half-edge of the patch's border, and the number of half-edges of that border
+  std::uint32_t border_half_edge = 0, border_length = 3;
   double area = 0;
   Vec3d normal{};  ///< Area-weighted sum of the triangles' normals
   std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
@@ -148,11 +148,12 @@ class ChartMerger {
       const ChartPatch &a = patches_[pair.a], &b = patches_[pair.b];
       if (!a.is_current || !b.is_current) continue;
       ChartPatch patch;
-      patch.open = pair.half_edge;
+      patch.border_half_edge = pair.half_edge;
       patch.parts = {pair.a, pair.b};
       if (!glue(patch)) continue;
       if (width > 1) borders_.open_edges(patch.glued);
-      patch.border = a.border + b.border - 2 * static_cast<std::uint32_t>(patch.glued.size());
+      patch.border_length =
+          a.border_length + b.border_length - 2 * static_cast<std::uint32_t>(patch.glued.size());
       patch.area = a.area + b.area;
       patch.normal = a.normal + b.normal;
       joined.push_back(std::move(patch));
@@ -160,15 +161,15 @@ class ChartMerger {
   }
 
   /// Glues the two parts of a patch.
-  /// \param patch  [in, out] ChartPatch::open is a half-edge between the parts on entry, and one of the new border on
-  ///   return
+  /// \param patch  [in, out] ChartPatch::border_half_edge is a half-edge between the parts on entry, and one of the new
+  ///   border on return
   bool glue(ChartPatch& patch) {
     const auto [a, b] = patch.parts;
-    const std::uint32_t joint = patch.glued.empty() ? patch.open : patch.glued.front();
+    const std::uint32_t joint = patch.glued.empty() ? patch.border_half_edge : patch.glued.front();
     patch.glued.clear();
-    patch.open = borders_.glue(borders_.run_through(joint), patches_[a].border, patches_[b].border,
-                               patch.glued);
-    return patch.open != kNoIndex;
+    patch.border_half_edge = borders_.glue(borders_.run_through(joint), patches_[a].border_length,
+                                           patches_[b].border_length, patch.glued);
+    return patch.border_half_edge != kNoIndex;
   }
 
   std::uint32_t owner(std::uint32_t half_edge) {
@@ -195,8 +196,8 @@ class ChartMerger {
   template <typename Fits>
   void queue_neighbour_pairs(std::uint32_t p, bool later_only, const Fits& fits) {
     std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
-    const std::uint32_t open = patches_[p].open;
-    std::uint32_t h = open;
+    const std::uint32_t border_half_edge = patches_[p].border_half_edge;
+    std::uint32_t h = border_half_edge;
     const auto add_run = [&](std::uint32_t half_edge) {
       const ChartBorders::Run run = borders_.run_through(half_edge);
       const std::uint32_t other = owner(surface_.mate[half_edge]);
@@ -219,7 +220,7 @@ class ChartMerger {
         if (!continues_run) add_run(h), any = true;
       }
       h = borders_.next(h);
-    } while (h != open);
+    } while (h != border_half_edge);
     if (!any && last_shared_edge != kNoIndex) add_run(last_shared_edge);
     const ChartPatch& patch = patches_[p];
     std::vector<Pair>& waiting = waiting_pairs_[p];
@@ -230,11 +231,11 @@ class ChartMerger {
       const double area = patch.area + neighbour.area;
       const Vec3d normal = patch.normal + neighbour.normal;
       if (!fits(area, normal)) continue;
-      const double rise = variance(area, normal) - variance(patch.area, patch.normal) -
-                          variance(neighbour.area, neighbour.normal);
-      const double cost =
-          (std::max(rise, 0.0) + kSmallPatchPriority * std::min(patch.area, neighbour.area)) /
-          run.length;
+      const double variance_increase = variance(area, normal) - variance(patch.area, patch.normal) -
+                                       variance(neighbour.area, neighbour.normal);
+      const double cost = (std::max(variance_increase, 0.0) +
+                           kSmallPatchPriority * std::min(patch.area, neighbour.area)) /
+                          run.length;
       waiting.push_back({cost, std::min(p, other), std::max(p, other), run.first, p});
     }
     std::make_heap(waiting.begin(), waiting.end());
@@ -245,8 +246,9 @@ class ChartMerger {
   ChartBorders& borders_;
   std::vector<std::uint32_t> owner_, root_;
   std::vector<ChartPatch> patches_;
-  std::priority_queue<Pair> queue_;               ///< The cheapest pair of each patch
-  std::vector<std::vector<Pair>> waiting_pairs_;  ///< For each patch, a heap of its other pairs
+  std::priority_queue<Pair> queue_;  ///< The cheapest pair of each patch
+  /// For each patch, a heap of its pairs that are not in queue_
+  std::vector<std::vector<Pair>> waiting_pairs_;
   /// Scratch of propose(): for each patch, kNoIndex or its index in the list of neighbours.
   std::vector<std::uint32_t> neighbour_index_;
 };

@@ -22,10 +22,10 @@ constexpr double kLengthCost = 0.003;
 /// length.
 constexpr double kBorderWeight = 1;
 /// Minimum cosine between normals of a triangle before and after a collapse.
-constexpr double kMinCosine = 0.3;
+constexpr double kMinNormalCosine = 0.3;
 /// Minimum area of a triangle after a collapse, as a share of the area of an equilateral triangle with the same sum of
 /// squared sides. A triangle that is below this share before a collapse must not get worse.
-constexpr double kMinShape = 0.05;
+constexpr double kMinTriangleShape = 0.05;
 
 /// The half-edge that starts a vertex's fan: at a border, the half-edge without a mate, otherwise any.
 std::uint32_t fan_begin(const std::vector<std::uint32_t>& mate, std::uint32_t h) {
@@ -41,10 +41,10 @@ class ProxyCollapse {
  public:
   ProxyCollapse(const ChartSurface& surface, const VertexFans& fans)
       : surface_(surface),
-        at_(fans.of),
+        start_vertex_(fans.of),
         mate_(surface.mate),
         surface_edge_(surface.mate.size()),
-        first_(fans.first),
+        fan_half_edge_(fans.first),
         piece_(surface.triangles.size()),
         is_removed_(surface.triangles.size(), 0),
         is_inside_piece_(surface.mate.size(), 0),
@@ -55,16 +55,16 @@ class ProxyCollapse {
         triangles_left_(surface.triangles.size()) {
     std::iota(surface_edge_.begin(), surface_edge_.end(), 0U);
     std::iota(piece_.begin(), piece_.end(), 0U);
-    for (std::uint32_t v = 0; v < first_.size(); ++v)
-      position_[v] = surface.positions[start_of(surface, first_[v])];
-    for (std::uint32_t h = 0; h < at_.size(); ++h) {
+    for (std::uint32_t v = 0; v < fan_half_edge_.size(); ++v)
+      position_[v] = surface.positions[start_of(surface, fan_half_edge_[v])];
+    for (std::uint32_t h = 0; h < start_vertex_.size(); ++h) {
       const std::uint32_t t = h / 3;
-      Quadric& from = quadric_[at_[h]];
-      from.add_plane(surface.normal[t], position_[at_[h]], surface.area[t]);
+      Quadric& from = quadric_[start_vertex_[h]];
+      from.add_plane(surface.normal[t], position_[start_vertex_[h]], surface.area[t]);
       from.area += surface.area[t];
       if (mate_[h] != kNoIndex) continue;
       const double squared_length = surface.length[h] * surface.length[h];
-      const Quadric plane = perpendicular_plane(position_[at_[h]], position_[end(h)],
+      const Quadric plane = perpendicular_plane(position_[start_vertex_[h]], position_[end(h)],
                                                 surface.normal[t], kBorderWeight * squared_length);
       from += plane;
       quadric_[end(h)] += plane;
@@ -72,34 +72,34 @@ class ProxyCollapse {
   }
 
   void run(std::size_t triangles) {
-    for (std::uint32_t v = 0; v < first_.size(); ++v) propose(v);
+    for (std::uint32_t v = 0; v < fan_half_edge_.size(); ++v) propose(v);
     while (triangles_left_ > triangles && !queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
       is_queued_[next.from] = 0;
       // The queued cost may be outdated, since neighbours may have changed since then.
-      const Candidate now = cheapest_collapse(next.from);
-      if (now.half_edge == kNoIndex) continue;
-      if (now.cost > next.cost) {
-        push(now);
+      const Candidate current_candidate = cheapest_collapse(next.from);
+      if (current_candidate.half_edge == kNoIndex) continue;
+      if (current_candidate.cost > next.cost) {
+        push(current_candidate);
         continue;
       }
       if ((++collapse_count_ & 0xfff) == 0) ProgressGuard::poll();
-      collapse(now);
+      collapse(current_candidate);
     }
   }
 
   ChartProxy result() {
     ChartProxy proxy;
     std::vector<std::uint32_t> new_triangle(is_removed_.size(), kNoIndex),
-        vertex(first_.size(), kNoIndex);
+        vertex(fan_half_edge_.size(), kNoIndex);
     ChartSurface& proxy_surface = proxy.surface;
     for (std::uint32_t t = 0; t < is_removed_.size(); ++t) {
       if (is_removed_[t] != 0) continue;
       new_triangle[t] = static_cast<std::uint32_t>(proxy_surface.triangles.size());
       Triangle corners{};
       for (std::uint32_t k = 0; k < 3; ++k) {
-        const std::uint32_t v = at_[3 * t + k];
+        const std::uint32_t v = start_vertex_[3 * t + k];
         if (vertex[v] == kNoIndex) {
           vertex[v] = static_cast<std::uint32_t>(proxy_surface.positions.size());
           proxy_surface.positions.push_back(position_[v]);
@@ -133,19 +133,19 @@ class ProxyCollapse {
     }
   };
 
-  std::uint32_t end(std::uint32_t h) const { return at_[next_half_edge(h)]; }
-  bool is_at_border(std::uint32_t v) const { return mate_[first_[v]] == kNoIndex; }
+  std::uint32_t end(std::uint32_t h) const { return start_vertex_[next_half_edge(h)]; }
+  bool is_at_border(std::uint32_t v) const { return mate_[fan_half_edge_[v]] == kNoIndex; }
 
   std::uint32_t piece_of(std::uint32_t t) {
     while (piece_[t] != t) t = piece_[t] = piece_[piece_[t]];
     return t;
   }
 
-  /// Calls `body(h)` for each half-edge that starts at a vertex. At a border, then calls `last(h)` for the border
-  /// half-edge that ends at the vertex.
+  /// Calls `body(h)` for each half-edge that starts at a vertex. If the vertex is on a border, calls `last(h)` at the
+  /// end, for the border half-edge that ends at the vertex.
   template <typename Body, typename Last>
   void for_each_half_edge_from(std::uint32_t v, const Body& body, const Last& last) const {
-    const std::uint32_t begin = first_[v];
+    const std::uint32_t begin = fan_half_edge_[v];
     std::uint32_t h = begin;
     do {
       body(h);
@@ -160,7 +160,8 @@ class ProxyCollapse {
   template <typename Body>
   void for_each_neighbour(std::uint32_t v, const Body& body) const {
     for_each_half_edge_from(
-        v, [&](std::uint32_t h) { body(end(h)); }, [&](std::uint32_t h) { body(at_[h]); });
+        v, [&](std::uint32_t h) { body(end(h)); },
+        [&](std::uint32_t h) { body(start_vertex_[h]); });
   }
 
   void push(const Candidate& candidate) {
@@ -185,7 +186,8 @@ class ProxyCollapse {
           {q.at(position) + kLengthCost * dot(edge, edge) * q.area, v, h, position});
     };
     for_each_half_edge_from(
-        v, [&](std::uint32_t h) { add(h, end(h)); }, [&](std::uint32_t h) { add(h, at_[h]); });
+        v, [&](std::uint32_t h) { add(h, end(h)); },
+        [&](std::uint32_t h) { add(h, start_vertex_[h]); });
     while (!candidates_.empty()) {
       const auto best = std::max_element(
           candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
@@ -199,8 +201,9 @@ class ProxyCollapse {
   }
 
   std::uint32_t target_vertex(const Candidate& candidate) const {
-    return at_[candidate.half_edge] == candidate.from ? end(candidate.half_edge)
-                                                      : at_[candidate.half_edge];
+    return start_vertex_[candidate.half_edge] == candidate.from
+               ? end(candidate.half_edge)
+               : start_vertex_[candidate.half_edge];
   }
 
   /// True if collapsing the edge of h removes the triangle of half-edge g.
@@ -217,7 +220,7 @@ class ProxyCollapse {
       if (sides[i] == kNoIndex) continue;
       const std::uint32_t next = next_half_edge(sides[i]), before = previous_half_edge(sides[i]);
       if (mate_[next] == kNoIndex && mate_[before] == kNoIndex) return false;
-      apex[i] = at_[before];
+      apex[i] = start_vertex_[before];
       std::size_t neighbour_count = 0;
       for_each_neighbour(apex[i], [&](std::uint32_t) { ++neighbour_count; });
       if (neighbour_count <= 3 && !is_at_border(apex[i])) return false;
@@ -237,7 +240,8 @@ class ProxyCollapse {
           w,
           [&](std::uint32_t g) {
             if (!is_allowed || triangle_vanishes(g, h)) return;
-            const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
+            const Vec3d &a = position_[end(g)],
+                        &b = position_[start_vertex_[previous_half_edge(g)]];
             is_allowed = keeps_shape(a, b, position_[w], candidate.position);
           },
           [](std::uint32_t) {});
@@ -250,12 +254,12 @@ class ProxyCollapse {
   static bool keeps_shape(const Vec3d& a, const Vec3d& b, const Vec3d& from, const Vec3d& to) {
     const Vec3d before = cross(b - a, from - a), after = cross(b - a, to - a);
     const double size = length(after);
-    if (!(dot(before, after) > kMinCosine * length(before) * size)) return false;
+    if (!(dot(before, after) > kMinNormalCosine * length(before) * size)) return false;
     const auto shape = [&](double doubled, const Vec3d& c) {
       const double sides = dot(b - a, b - a) + dot(c - a, c - a) + dot(c - b, c - b);
       return 3.4641016151377544 * doubled / sides;
     };
-    return shape(size, to) >= std::min(kMinShape, shape(length(before), from));
+    return shape(size, to) >= std::min(kMinTriangleShape, shape(length(before), from));
   }
 
   void collapse(const Candidate& candidate) {
@@ -273,12 +277,12 @@ class ProxyCollapse {
         },
         [](std::uint32_t) {});
     for (const std::uint32_t g : fan_) {
-      at_[g] = v;
+      start_vertex_[g] = v;
       if (!triangle_vanishes(g, h)) half_edge_from_v = g;
     }
     remove_triangle(h);
     if (m != kNoIndex) remove_triangle(m);
-    first_[v] = fan_begin(mate_, half_edge_from_v);
+    fan_half_edge_[v] = fan_begin(mate_, half_edge_from_v);
     quadric_[v] += quadric_[u];
     position_[v] = candidate.position;
     for_each_neighbour(v, [&](std::uint32_t w) {
@@ -291,7 +295,7 @@ class ProxyCollapse {
 
   /// Removes a triangle whose half-edge h was collapsed, and merges its other two sides into one edge.
   void remove_triangle(std::uint32_t h) {
-    const std::uint32_t t = h / 3, apex = at_[previous_half_edge(h)];
+    const std::uint32_t t = h / 3, apex = start_vertex_[previous_half_edge(h)];
     std::array<std::uint32_t, 2> own_sides{next_half_edge(h), previous_half_edge(h)};
     std::array<std::uint32_t, 2> opposite_sides{mate_[own_sides[0]], mate_[own_sides[1]]};
     is_removed_[t] = 1;
@@ -311,13 +315,13 @@ class ProxyCollapse {
     mate_[opposite_sides[0]] = opposite_sides[1];
     if (opposite_sides[1] != kNoIndex) mate_[opposite_sides[1]] = opposite_sides[0];
     // The removed half-edge may have been the first one of the apex's fan.
-    first_[apex] =
-        fan_begin(mate_, at_[opposite_sides[0]] == apex ? opposite_sides[0]
-                                                        : next_half_edge(opposite_sides[0]));
+    fan_half_edge_[apex] = fan_begin(mate_, start_vertex_[opposite_sides[0]] == apex
+                                                ? opposite_sides[0]
+                                                : next_half_edge(opposite_sides[0]));
   }
 
   const ChartSurface& surface_;
-  std::vector<std::uint32_t> at_, mate_, surface_edge_, first_, piece_;
+  std::vector<std::uint32_t> start_vertex_, mate_, surface_edge_, fan_half_edge_, piece_;
   std::vector<std::uint8_t> is_removed_, is_inside_piece_;
   std::vector<double> area_;  ///< Area of the piece of each proxy triangle
   std::vector<Vec3d> position_;

@@ -121,7 +121,7 @@ void measure_surface(ChartSurface& surface) {
 
 ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;
-  const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
+  const std::vector<std::uint32_t> welded_vertex = weld_vertices(mesh.positions);
   Box<Vec3d> box;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!has_area(mesh.positions, mesh.triangles[t])) continue;
@@ -132,23 +132,24 @@ ChartSurface chart_surface(const Mesh& mesh) {
   const Vec3d size = box.size();
   const double extent = std::max({size.x, size.y, size.z});
   const double scale = std::ldexp(1.0, -std::ilogb(extent));
-  const auto moved = [&](std::uint32_t v) {
+  const auto moved_position = [&](std::uint32_t v) {
     return (to_double(mesh.positions[v]) - box.low) * scale;
   };
   // Triangles near the origin may be so small that moving them to the new origin rounds all their corners to one point,
   // as at the pole of a sphere where sin(pi) is 1e-16. Such triangles have no shape to lay out.
   std::erase_if(surface.source, [&](std::uint32_t t) {
     const Triangle& c = mesh.triangles[t];
-    return length(moved(c[0]) - moved(c[1])) == 0 && length(moved(c[0]) - moved(c[2])) == 0;
+    return length(moved_position(c[0]) - moved_position(c[1])) == 0 &&
+           length(moved_position(c[0]) - moved_position(c[2])) == 0;
   });
   std::vector<std::uint32_t> new_vertex(mesh.positions.size(), kNoIndex);
   for (const std::uint32_t t : surface.source) {
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& corner : corners) {
-      std::uint32_t& index = new_vertex[weld[corner]];
+      std::uint32_t& index = new_vertex[welded_vertex[corner]];
       if (index == kNoIndex) {
         index = static_cast<std::uint32_t>(surface.positions.size());
-        surface.positions.push_back(moved(weld[corner]));
+        surface.positions.push_back(moved_position(welded_vertex[corner]));
       }
       corner = index;
     }

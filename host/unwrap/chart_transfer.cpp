@@ -97,10 +97,11 @@ bool flatten_near_layout(FlatChart& chart, FlatStart start, const ChartLimits& l
 class ProxyLayout {
  public:
   ProxyLayout(const ChartSurface& surface, const ChartProxy& proxy, const ChosenCharts& chosen)
-      : surface_(surface), proxy_(proxy), at_(proxy.surface.triangles.size()) {
+      : surface_(surface), proxy_(proxy), chart_place_(proxy.surface.triangles.size()) {
     for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
       const FlatChart& chart = chosen.charts[c];
-      for (std::uint32_t i = 0; i < chart.source.size(); ++i) at_[chart.source[i]] = {c, i};
+      for (std::uint32_t i = 0; i < chart.source.size(); ++i)
+        chart_place_[chart.source[i]] = {c, i};
     }
     for (const FlatChart& chart : chosen.charts) charts_.push_back(&chart);
   }
@@ -122,15 +123,15 @@ class ProxyLayout {
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint32_t t = chart.source[i], piece = proxy_.piece[t];
       index_in_chart[t] = i;
-      if (at_[piece].first != of) continue;
-      std::array<Vec2d, 3> places{};
+      if (chart_place_[piece].first != of) continue;
+      std::array<Vec2d, 3> uvs{};
       for (std::size_t k = 0; k < 3; ++k) {
-        places[k] = place(surface_.positions[surface_.triangles[t][k]], piece);
+        uvs[k] = map_to_layout(surface_.positions[surface_.triangles[t][k]], piece);
         const std::uint32_t v = chart.triangles[i][k];
-        start.vertex_positions[v] = start.vertex_positions[v] + places[k];
+        start.vertex_positions[v] = start.vertex_positions[v] + uvs[k];
         ++start.hold_weights[v];
       }
-      result[i] = rotation(chart.rest[i], places);
+      result[i] = rotation(chart.rest[i], uvs);
       is_placed[i] = 1;
       queue.push_back(i);
     }
@@ -147,7 +148,7 @@ class ProxyLayout {
         const std::uint32_t h = 3 * chart.source[i] + k, m = surface_.mate[h];
         if (glued[h] == 0 || is_placed[index_in_chart[m / 3]] != 0) continue;
         const std::uint32_t j = index_in_chart[m / 3];
-        const Vec2d own = side(chart.rest[i], k), other = -side(chart.rest[j], m % 3);
+        const Vec2d own = rest_side(chart.rest[i], k), other = -rest_side(chart.rest[j], m % 3);
         const Vec2d turn{dot(other, own), cross(other, own)}, r = result[i];
         const Vec2d rotation_sum{r.x * turn.x - r.y * turn.y, r.x * turn.y + r.y * turn.x};
         const double size = std::hypot(rotation_sum.x, rotation_sum.y);
@@ -166,34 +167,35 @@ class ProxyLayout {
 
  private:
   /// The vector from corner k of a triangle's rest shape to the next corner.
-  static Vec2d side(const RestShape& rest, std::size_t k) {
+  static Vec2d rest_side(const RestShape& rest, std::size_t k) {
     const Vec2d& g = rest.gradient[(k + 2) % 3];
     return Vec2d{g.y, -g.x} * (2 * rest.area);
   }
 
   /// Maps a position on the surface to the layout, by the affine map of a proxy triangle.
-  Vec2d place(const Vec3d& position, std::uint32_t piece) const {
-    const auto [c, n] = at_[piece];
+  Vec2d map_to_layout(const Vec3d& position, std::uint32_t piece) const {
+    const auto [c, n] = chart_place_[piece];
     const FlatChart& chart = *charts_[c];
-    const ChartSurface& made = proxy_.surface;
-    const Triangle& corners = made.triangles[piece];
-    const double doubled_area = 2 * made.area[piece];
+    const ChartSurface& proxy_surface = proxy_.surface;
+    const Triangle& corners = proxy_surface.triangles[piece];
+    const double doubled_area = 2 * proxy_surface.area[piece];
     Vec2d result{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d& from = made.positions[corners[(k + 1) % 3]];
-      const Vec3d across = cross(made.normal[piece], made.positions[corners[(k + 2) % 3]] - from);
-      const double share = dot(across, position - from) / doubled_area;
+      const Vec3d& from = proxy_surface.positions[corners[(k + 1) % 3]];
+      const Vec3d edge_normal =
+          cross(proxy_surface.normal[piece], proxy_surface.positions[corners[(k + 2) % 3]] - from);
+      const double share = dot(edge_normal, position - from) / doubled_area;
       result = result + chart.points[chart.triangles[n][k]] * share;
     }
     return result;
   }
 
   /// Rotation nearest to the map from a rest shape to three positions, as cosine and sine.
-  static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& places) {
+  static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& uvs) {
     Vec2d u{}, v{};
     for (std::size_t k = 0; k < 3; ++k) {
-      u = u + rest.gradient[k] * places[k].x;
-      v = v + rest.gradient[k] * places[k].y;
+      u = u + rest.gradient[k] * uvs[k].x;
+      v = v + rest.gradient[k] * uvs[k].y;
     }
     const double x = u.x + v.y, y = v.x - u.y, size = std::hypot(x, y);
     return size > 0 ? Vec2d{x / size, y / size} : Vec2d{1, 0};
@@ -202,14 +204,14 @@ class ProxyLayout {
   const ChartSurface& surface_;
   const ChartProxy& proxy_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      at_;  ///< For each proxy triangle, its chart and its index in the chart
+      chart_place_;  ///< For each proxy triangle, its chart and its index in the chart
   std::vector<const FlatChart*> charts_;
 };
 
 /// A separate surface that consists of some of the triangles. Edges that are not glued become borders.
-ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
-                     std::span<const std::uint8_t> glued,
-                     std::vector<std::uint32_t>& index_in_chart) {
+ChartSurface extract_surface(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
+                             std::span<const std::uint8_t> glued,
+                             std::vector<std::uint32_t>& index_in_chart) {
   ChartSurface part;
   part.positions = surface.positions;
   part.total_area = surface.total_area;
@@ -234,7 +236,7 @@ ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t>
 std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& chart,
                                   const ChartLimits& limits, std::vector<std::uint8_t>& glued,
                                   std::vector<std::uint32_t>& index_in_chart, int threads) {
-  const ChartSurface part = part_of(surface, chart.source, glued, index_in_chart);
+  const ChartSurface part = extract_surface(surface, chart.source, glued, index_in_chart);
   ChartBorders borders(part);
   std::vector<FlatChart> charts = grow_charts(part, borders, limits, threads);
   for (std::uint32_t h = 0; h < part.mate.size(); ++h) {
@@ -256,15 +258,15 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
     for (const std::uint32_t t : chosen.charts[c].source) chart_of[t] = c;
   }
-  std::vector<std::uint32_t> label;
-  label.reserve(proxy.piece.size());
-  for (const std::uint32_t piece : proxy.piece) label.push_back(chart_of[piece]);
-  ChosenCharts made{ChartBorders(surface), {}, chosen.packed, chosen.is_independent_of_size};
-  made.borders.restore(glued_edges(surface, fans, proxy, chosen.borders));
-  straighten_seams(surface, made.borders, label);
+  std::vector<std::uint32_t> labels;
+  labels.reserve(proxy.piece.size());
+  for (const std::uint32_t piece : proxy.piece) labels.push_back(chart_of[piece]);
+  ChosenCharts result{ChartBorders(surface), {}, chosen.packed, chosen.is_independent_of_size};
+  result.borders.restore(glued_edges(surface, fans, proxy, chosen.borders));
+  straighten_seams(surface, result.borders, labels);
   std::vector<std::vector<std::uint32_t>> triangles(chosen.charts.size());
-  for (std::uint32_t t = 0; t < label.size(); ++t) triangles[label[t]].push_back(t);
-  std::vector<FlatChart>& charts = made.charts;
+  for (std::uint32_t t = 0; t < labels.size(); ++t) triangles[labels[t]].push_back(t);
+  std::vector<FlatChart>& charts = result.charts;
   charts.resize(triangles.size());
   std::vector<std::uint8_t> is_transferred(charts.size(), 0);
   const ProxyLayout layout(surface, proxy, chosen);
@@ -272,9 +274,9 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   const auto flatten = [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<CutScratch> scratch = scratches.acquire();
     for (std::size_t c = begin; c < end; ++c) {
-      charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->index_in_chart);
+      charts[c] = cut_open(surface, triangles[c], result.borders.glued(), scratch->index_in_chart);
       const FlatStart start = layout.start_of(charts[c], static_cast<std::uint32_t>(c),
-                                              made.borders.glued(), scratch->index_in_chart);
+                                              result.borders.glued(), scratch->index_in_chart);
       is_transferred[c] =
           is_disc(charts[c]) && flatten_near_layout(charts[c], start, limits) ? 1 : 0;
     }
@@ -282,8 +284,8 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   };
   parallel_for(charts.size(), 1, flatten, threads);
   if (std::find(is_transferred.begin(), is_transferred.end(), 0) == is_transferred.end())
-    return made;
-  std::vector<std::uint8_t> glued = made.borders.glued();
+    return result;
+  std::vector<std::uint8_t> glued = result.borders.glued();
   std::vector<std::uint32_t> index_in_chart(surface.triangles.size());
   std::vector<FlatChart> all_charts;
   for (std::size_t c = 0; c < charts.size(); ++c) {
@@ -297,9 +299,9 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
     std::move(new_charts.begin(), new_charts.end(), std::back_inserter(all_charts));
   }
   charts = std::move(all_charts);
-  made.borders.restore(std::move(glued));
-  made.packed.reset();
-  return made;
+  result.borders.restore(std::move(glued));
+  result.packed.reset();
+  return result;
 }
 
 }  // namespace kiln

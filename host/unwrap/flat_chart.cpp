@@ -132,17 +132,17 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
       join(3 * i + (k + 1) % 3, other + m % 3);
     }
   }
-  std::vector<std::uint32_t> number(root.size());
+  std::vector<std::uint32_t> new_vertex(root.size());
   chart.triangles.resize(count);
   for (std::uint32_t c = 0; c < root.size(); ++c) {
     const std::uint32_t r = find(c);
     if (r == c) {
-      number[c] = static_cast<std::uint32_t>(chart.vertex.size());
+      new_vertex[c] = static_cast<std::uint32_t>(chart.vertex.size());
       chart.vertex.push_back(surface.triangles[triangles[c / 3]][c % 3]);
     }
-    chart.triangles[c / 3][c % 3] = number[r];
+    chart.triangles[c / 3][c % 3] = new_vertex[r];
   }
-  double area = 0, bend = 0, squared = 0;
+  double area = 0, bend = 0, bend_squared = 0;
   const bool is_known = rest.size() == count;
   chart.rest = std::move(rest);
   chart.rest.reserve(count);
@@ -150,11 +150,11 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     if (!is_known) chart.rest.push_back(rest_shape(rest_points(surface, t)));
     area += surface.area[t];
     bend += surface.area[t] * surface.bend[t];
-    squared += surface.area[t] * surface.bend_squared[t];
+    bend_squared += surface.area[t] * surface.bend_squared[t];
   }
-  bend /= area, squared /= area;
+  bend /= area, bend_squared /= area;
   // Only the variance of bends counts as roughness. A uniform bend is part of the shape, and cuts can remove it.
-  chart.roughness_energy = kRoughnessEnergyFactor * std::max(0.0, squared - bend * bend);
+  chart.roughness_energy = kRoughnessEnergyFactor * std::max(0.0, bend_squared - bend * bend);
   for (const std::uint32_t h : border_of(surface, glued, open)) {
     chart.boundary.push_back(chart.triangles[index_in_chart[h / 3]][h % 3]);
   }

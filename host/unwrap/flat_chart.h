@@ -25,14 +25,14 @@ struct RestShape {
 
 struct FlatChart {
   std::vector<std::uint32_t> source;  ///< Index in the surface of each of the chart's triangles
-  /// The same triangles, with corners as indices of the chart's vertices
+  /// The chart's triangles, with corners as indices of the chart's vertices
   std::vector<Triangle> triangles;
   std::vector<RestShape> rest;          ///< Rest shape of each triangle
   std::vector<std::uint32_t> boundary;  ///< Vertices along the border, counter-clockwise
   std::vector<Vec2d> points;            ///< UV position of each vertex
   std::vector<std::uint32_t> vertex;    ///< Index in the surface of each vertex
   double roughness_energy =
-      0;  ///< Estimated energy that the surface's roughness causes in every layout
+      0;  ///< Estimate of the energy that every layout has because the surface is rough
   /// Minimum distance between border edges in the solvers. It is larger than the change by rounding UVs.
   double min_border_distance = 0;
 };
@@ -45,7 +45,7 @@ struct FlatDistortion {
 
 /// Limits of a chart's distortion.
 struct ChartLimits {
-  /// Limit of the mean energy after subtracting FlatChart::roughness_energy, see FlatDistortion
+  /// Limit of FlatDistortion::energy minus FlatChart::roughness_energy
   double energy = 0.05;
   double max_stretch = 5;  ///< Limit of the distortion of single triangles
   double length = std::numeric_limits<double>::infinity();  ///< Limit of the flat chart's extent

@@ -50,10 +50,10 @@ void for_each_touching_pair(std::span<const Vec2d> polygon, double min_distance,
     for (std::size_t j = i + 1; j < count && sides[j].left <= right; ++j) {
       if (sides[j].high < low || sides[j].low > high) continue;
       const std::size_t b = sides[j].first;
-      const bool follows = (a + 1) % count == b;
-      if (follows || (b + 1) % count == a) {
+      const bool is_next = (a + 1) % count == b;
+      if (is_next || (b + 1) % count == a) {
         // Neighbouring sides share a corner; they overlap only if the second folds back onto the first.
-        const std::size_t first = follows ? a : b, second = follows ? b : a;
+        const std::size_t first = is_next ? a : b, second = is_next ? b : a;
         if (side_of_line(polygon[first], end(first), end(second)) == 0 &&
             dot(end(first) - polygon[first], end(second) - polygon[second]) <= 0) {
           if (!found(a, b)) return;
@@ -78,12 +78,12 @@ bool orient2d_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
 
 bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d,
                             double min_distance) {
-  const int first = side_of_line(a, b, c, min_distance),
-            second = side_of_line(a, b, d, min_distance);
-  if (first != 0 && first == second) return true;
-  const int third = side_of_line(c, d, a, min_distance),
-            fourth = side_of_line(c, d, b, min_distance);
-  return third != 0 && third == fourth;
+  const int side_of_c = side_of_line(a, b, c, min_distance),
+            side_of_d = side_of_line(a, b, d, min_distance);
+  if (side_of_c != 0 && side_of_c == side_of_d) return true;
+  const int side_of_a = side_of_line(c, d, a, min_distance),
+            side_of_b = side_of_line(c, d, b, min_distance);
+  return side_of_a != 0 && side_of_a == side_of_b;
 }
 
 bool is_simple(std::span<const Vec2d> polygon, double min_distance) {

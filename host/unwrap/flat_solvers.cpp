@@ -50,8 +50,9 @@ SymmetricMatrix2 dirichlet_weight(const Jacobian& j) {
   const double a2 = 0.5 * (sum + root), a = std::sqrt(a2), b = det / a, b2 = b * b;
   const auto g = [](double s) { return (s + 1) * (s * s + 1) / (s * s * s); };
   if (a2 - b2 < 1e-9 * a2) return {g(a), 0, g(a)};
-  const double slope = (g(a) - g(b)) / (a2 - b2), base = g(a) - slope * a2;
-  return {base + slope * dot(j.u, j.u), slope * dot(j.u, j.v), base + slope * dot(j.v, j.v)};
+  const double slope = (g(a) - g(b)) / (a2 - b2), intercept = g(a) - slope * a2;
+  return {intercept + slope * dot(j.u, j.u), slope * dot(j.u, j.v),
+          intercept + slope * dot(j.v, j.v)};
 }
 
 double energy(const FlatChart& chart, const std::vector<Vec2d>& points) {
@@ -73,10 +74,10 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
     const Vec2d f = chart.points[t[2]] - chart.points[t[0]];
     const Vec2d de = direction[t[1]] - direction[t[0]], df = direction[t[2]] - direction[t[0]];
     const double a = cross(de, df), b = cross(e, df) + cross(de, f), c = cross(e, f);
-    const double disc = b * b - 4 * a * c;
-    if (disc < 0) continue;
+    const double discriminant = b * b - 4 * a * c;
+    if (discriminant < 0) continue;
     // Both roots are computed without cancellation. The result is the smaller positive one.
-    const double q = -0.5 * (b + std::copysign(std::sqrt(disc), b));
+    const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
     for (const double root : {a != 0 ? q / a : -1.0, q != 0 ? c / q : -1.0}) {
       if (root > 0) best = std::min(best, root);
     }
@@ -107,9 +108,9 @@ class StepSystem {
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, target);
     constexpr double kPinWeight = 1e3;  // Weight of a pin, relative to the weights of triangles
     for (const std::uint32_t v : pinned) {
-      FlatSystem<2>::Block& own = system_.vertex_block(v);
-      const double by = kPinWeight * (own[0] + own[3]);
-      own[0] += by, own[3] += by;
+      FlatSystem<2>::Block& diagonal_block = system_.vertex_block(v);
+      const double by = kPinWeight * (diagonal_block[0] + diagonal_block[3]);
+      diagonal_block[0] += by, diagonal_block[3] += by;
       target[v] = target[v] + chart.points[v] * by;
     }
     return system_.factorize() && system_.solve(target);
@@ -131,10 +132,10 @@ class StepSystem {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2d& g = rest.gradient[k];
       const Vec2d rotated_gradient{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
-      Vec2d& pull = right[chart.triangles[i][k]];
-      pull = pull + Vec2d{m.xx * rotated_gradient.x + m.xy * rotated_gradient.y,
-                          m.xy * rotated_gradient.x + m.yy * rotated_gradient.y} *
-                        rest.area;
+      Vec2d& force = right[chart.triangles[i][k]];
+      force = force + Vec2d{m.xx * rotated_gradient.x + m.xy * rotated_gradient.y,
+                            m.xy * rotated_gradient.x + m.yy * rotated_gradient.y} *
+                          rest.area;
       add(system_.corner_block(i, k), rest.area * dot(g, g), m);
       add(system_.edge_block(i, k), rest.area * dot(g, rest.gradient[(k + 1) % 3]), m);
     }
@@ -175,13 +176,13 @@ std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart) {
 
 bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatStart* start) {
   system.fill(chart, {});
-  std::vector<Vec2d> pulls;
+  std::vector<Vec2d> hold_forces;
   if (start != nullptr) {
     for (std::uint32_t v = 0; v < chart.points.size(); ++v) {
-      double& own = system.vertex_block(v)[0];
-      const double weight = start->hold_weights[v] * own;
-      own += weight;
-      pulls.push_back(start->vertex_positions[v] * weight);
+      double& diagonal = system.vertex_block(v)[0];
+      const double weight = start->hold_weights[v] * diagonal;
+      diagonal += weight;
+      hold_forces.push_back(start->vertex_positions[v] * weight);
     }
     chart.points = start->vertex_positions;
   }
@@ -192,10 +193,10 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
   if (!system.factorize()) return false;
   std::vector<Vec2d> points(chart.points.size());
   for (int round = 0; round < rounds; ++round) {
-    if (pulls.empty()) {
+    if (hold_forces.empty()) {
       std::fill(points.begin(), points.end(), Vec2d{});
     } else {
-      points = pulls;
+      points = hold_forces;
     }
     points[0] = points[0] + anchor;
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
@@ -204,8 +205,8 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
                           : nearest_rotation(jacobian(chart, i, chart.points));
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2d g = chart.rest[i].gradient[k] * chart.rest[i].area;
-        Vec2d& pull = points[chart.triangles[i][k]];
-        pull = pull + Vec2d{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
+        Vec2d& force = points[chart.triangles[i][k]];
+        force = force + Vec2d{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       }
     }
     if (!system.solve(points)) return false;
@@ -229,12 +230,13 @@ double rigid_energy(const FlatChart& chart) {
 void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
                       const RigidSystem* known, bool pins) {
   constexpr double kMinConvergedProgress = 1e-5, kMinUsefulProgress = 0.01;
-  double current = energy(chart, chart.points);
+  double current_energy = energy(chart, chart.points);
   // The limit in the units of energy(), which sums over the area.
   const double area = std::accumulate(chart.rest.begin(), chart.rest.end(), 0.0,
                                       [](double sum, const RestShape& r) { return sum + r.area; });
-  const double wanted = until == nullptr ? std::numeric_limits<double>::infinity()
-                                         : 4 * area * (1 + until->energy + chart.roughness_energy);
+  const double target_energy = until == nullptr
+                                   ? std::numeric_limits<double>::infinity()
+                                   : 4 * area * (1 + until->energy + chart.roughness_energy);
   std::optional<StepSystem> system;
   std::vector<std::uint32_t> pinned;
   for (int round = 0; round < rounds; ++round) {
@@ -249,14 +251,15 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
       direction[v] = direction[v] - chart.points[v];
     double step = std::min(1.0, 0.8 * flip_distance(chart, direction));
     const std::vector<Vec2d> points_before = chart.points;
-    const double last = current;
+    const double previous_energy = current_energy;
     bool any_moved = false;
     for (int attempt = 0; attempt < 12 && !any_moved; ++attempt, step *= 0.5) {
       for (std::size_t v = 0; v < points_before.size(); ++v) {
         chart.points[v] = points_before[v] + direction[v] * step;
       }
-      current = energy(chart, chart.points);
-      any_moved = current < last && is_injective(chart, chart.min_border_distance);
+      current_energy = energy(chart, chart.points);
+      any_moved =
+          current_energy < previous_energy && is_injective(chart, chart.min_border_distance);
     }
     if (!any_moved) {
       chart.points = points_before;
@@ -264,7 +267,9 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
     }
     // Stops on convergence. While the energy is above the limit, also stops when progress is too slow to reach the
     // limit.
-    if (last - current < (current > wanted ? kMinUsefulProgress : kMinConvergedProgress) * last)
+    if (previous_energy - current_energy <
+        (current_energy > target_energy ? kMinUsefulProgress : kMinConvergedProgress) *
+            previous_energy)
       return;
   }
 }

@@ -59,7 +59,8 @@ struct FlatSystem<N>::Solver {
       std::conditional_t<N == 1, Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>,
                          Eigen::VectorXd>;
 
-  SparseMatrix matrix;  ///< Upper triangle in elimination order, which Eigen uses without a copy
+  /// Upper triangle of the matrix, in elimination order; Eigen reads it without a copy
+  SparseMatrix matrix;
   /// For each stored value of the matrix, its index among the values of all blocks
   std::vector<std::uint32_t> value_index;
   Eigen::SimplicialLDLT<SparseMatrix, Eigen::Upper, Eigen::NaturalOrdering<int>> factorization;

@@ -113,7 +113,7 @@ class Untangler {
   /// with the number of sides from the touching vertex. Its direction is perpendicular to the line between the border
   /// vertices `reach_` sides before and after the pushed vertex.
   void push_nearby_vertices(const std::vector<std::size_t>& touching_border_indices) {
-    const std::size_t count = chart_.boundary.size(), far = reach_ % count;
+    const std::size_t count = chart_.boundary.size(), chord_steps = reach_ % count;
     std::vector<double> push_shares(count, 0);
     for (const std::size_t i : touching_border_indices) {
       for (std::size_t n = 0; n <= 2 * reach_; ++n) {
@@ -126,11 +126,11 @@ class Untangler {
     for (std::size_t i = 0; i < count; ++i) {
       if (push_shares[i] == 0) continue;
       const std::uint32_t v = chart_.boundary[i];
-      const auto across = [&](std::size_t steps) {
+      const auto border_chord = [&](std::size_t steps) {
         return chart_.points[chart_.boundary[(i + steps) % count]] -
                chart_.points[chart_.boundary[(i + count - steps) % count]];
       };
-      const Vec2d along = across(far), side = across(1);
+      const Vec2d along = border_chord(chord_steps), side = border_chord(1);
       const double size = std::sqrt(dot(along, along));
       if (push_length_[v] == 0) pushed_vertices_.push_back(v);
       if (push_shares[i] == 1)
@@ -153,15 +153,15 @@ class Untangler {
       const double area = rest.area * triangle_weights_[i];
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2d g = rest.gradient[k] * area;
-        Vec2d& pull = points[chart_.triangles[i][k]];
-        pull = pull + Vec2d{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
+        Vec2d& force = points[chart_.triangles[i][k]];
+        force = force + Vec2d{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       }
     }
     system_.fill(chart_, triangle_weights_);
     const auto hold_at = [&](std::uint32_t v, const Vec2d& at, double by) {
-      double& own = system_.vertex_block(v)[0];
-      const double weight = by * own;
-      own += weight;
+      double& diagonal = system_.vertex_block(v)[0];
+      const double weight = by * diagonal;
+      diagonal += weight;
       points[v] = points[v] + at * weight;
     };
     for (std::uint32_t v = 0; start_ != nullptr && v < push_length_.size(); ++v) {

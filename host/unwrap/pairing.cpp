@@ -98,10 +98,10 @@ class TriangleMatching {
         pairs_of_triangle_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
     for (std::uint32_t i = 0; i < candidate_pairs.size(); ++i) {
       for (const std::uint32_t t : {candidate_pairs[i].a, candidate_pairs[i].b}) {
-        const auto free =
+        const auto free_entry =
             std::find(pairs_of_triangle_[t].begin(), pairs_of_triangle_[t].end(), kNoIndex);
         // A triangle has three edges, so it belongs to at most three candidate pairs
-        if (free != pairs_of_triangle_[t].end()) *free = i;
+        if (free_entry != pairs_of_triangle_[t].end()) *free_entry = i;
       }
     }
     for (std::uint32_t i = 0; i < candidate_pairs.size(); ++i) {
@@ -119,11 +119,11 @@ class TriangleMatching {
       from.assign(1, kNoIndex);
       visited_from[root] = root;
       bool is_path_found = false;
-      for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !is_path_found;
-           ++head) {
+      for (std::size_t head = 0;
+           head < queue.size() && head < kMaxVisitedTriangles && !is_path_found; ++head) {
         for (const std::uint32_t pair : pairs_of_triangle_[queue[head]]) {
           if (pair == kNoIndex) break;
-          const std::uint32_t other = across(pair, queue[head]);
+          const std::uint32_t other = triangle_across(pair, queue[head]);
           if (visited_from[other] == root) continue;
           visited_from[other] = root;
           if (mate_[other] == kNoIndex) {
@@ -131,7 +131,7 @@ class TriangleMatching {
             is_path_found = true;
             break;
           }
-          const std::uint32_t next = across(mate_[other], other);
+          const std::uint32_t next = triangle_across(mate_[other], other);
           if (visited_from[next] == root) continue;
           visited_from[next] = root;
           queue.push_back(next);
@@ -147,9 +147,9 @@ class TriangleMatching {
 
  private:
   /// Maximum number of triangles that the search from one single triangle visits.
-  static constexpr std::size_t kMaxVisited = 256;
+  static constexpr std::size_t kMaxVisitedTriangles = 256;
 
-  std::uint32_t across(std::uint32_t pair, std::uint32_t triangle) const {
+  std::uint32_t triangle_across(std::uint32_t pair, std::uint32_t triangle) const {
     return candidate_pairs_[pair].a == triangle ? candidate_pairs_[pair].b
                                                 : candidate_pairs_[pair].a;
   }
@@ -207,10 +207,10 @@ Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const std::uint32_t pair = triangle_matching.mate()[t];
     if (pair == kNoIndex) continue;
-    const bool is_a = candidate_pairs[pair].a == t;
-    result.partner[t] = is_a ? candidate_pairs[pair].b : candidate_pairs[pair].a;
-    result.apex[t] = is_a ? candidate_pairs[pair].apex_a : candidate_pairs[pair].apex_b;
-    result.pairs += is_a;
+    const bool is_first = candidate_pairs[pair].a == t;
+    result.partner[t] = is_first ? candidate_pairs[pair].b : candidate_pairs[pair].a;
+    result.apex[t] = is_first ? candidate_pairs[pair].apex_a : candidate_pairs[pair].apex_b;
+    result.pairs += is_first;
   }
   return result;
 }

@@ -46,44 +46,44 @@ class SeamStraightener {
   }
   /// Constructor for labelled triangles without a layout.
   SeamStraightener(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
-                   std::vector<std::uint32_t> label)
-      : surface_(surface), borders_(borders), limits_(limits), chart_of_(std::move(label)) {
+                   std::vector<std::uint32_t> take_labels)
+      : surface_(surface), borders_(borders), limits_(limits), chart_of_(std::move(take_labels)) {
     trace();
   }
 
   void run() {
     // Each sweep moves triangles across seams in one direction only, and the next sweep in the other. Mixing both
     // directions would leave steps in the seam that neither direction can remove.
-    bool last = true;
+    bool moved_in_last_sweep = true;
     for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
       ProgressGuard::poll();
-      forward_ = sweep % 2 == 0;
-      bool any = false;
+      is_forward_sweep_ = sweep % 2 == 0;
+      bool moved_any = false;
       for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
-        if (!borders_.is_glued(h) && move(h)) any = has_moved_ = true;
+        if (!borders_.is_glued(h) && try_move(h)) moved_any = has_moved_ = true;
       }
-      if (!any && !last) return;
-      last = any;
+      if (!moved_any && !moved_in_last_sweep) return;
+      moved_in_last_sweep = moved_any;
     }
   }
 
   bool has_moved() const { return has_moved_; }
-  std::vector<std::uint32_t> label() && { return std::move(chart_of_); }
+  std::vector<std::uint32_t> take_labels() && { return std::move(chart_of_); }
 
   std::vector<FlatChart> charts(std::size_t count) const {
     std::vector<std::vector<std::uint32_t>> triangles(count);
     for (std::uint32_t t = 0; t < chart_of_.size(); ++t) triangles[chart_of_[t]].push_back(t);
     std::vector<std::uint32_t> index_in_chart(chart_of_.size());
     std::vector<FlatChart> result;
-    for (const auto& of_chart : triangles) {
+    for (const auto& chart_triangles : triangles) {
       std::vector<RestShape> rest;
-      rest.reserve(of_chart.size());
-      for (const std::uint32_t t : of_chart) rest.push_back(rest_shapes_[t]);
-      FlatChart chart =
-          cut_open(surface_, of_chart, borders_.glued(), index_in_chart, {}, std::move(rest));
-      for (std::size_t i = 0; i < of_chart.size(); ++i) {
+      rest.reserve(chart_triangles.size());
+      for (const std::uint32_t t : chart_triangles) rest.push_back(rest_shapes_[t]);
+      FlatChart chart = cut_open(surface_, chart_triangles, borders_.glued(), index_in_chart, {},
+                                 std::move(rest));
+      for (std::size_t i = 0; i < chart_triangles.size(); ++i) {
         for (std::uint32_t k = 0; k < 3; ++k) {
-          chart.points[chart.triangles[i][k]] = corner_positions_[3 * of_chart[i] + k];
+          chart.points[chart.triangles[i][k]] = corner_positions_[3 * chart_triangles[i] + k];
         }
       }
       result.push_back(std::move(chart));
@@ -106,7 +106,8 @@ class SeamStraightener {
   /// The triangles of a possible move: one or two triangles around a vertex, between two half-edges of a seam.
   struct Fan {
     std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex
-    std::array<std::uint32_t, 2> outer{};   ///< Half-edges opposite the vertex, which become border
+    /// Half-edges opposite the vertex, which become the new border
+    std::array<std::uint32_t, 2> outer{};
     std::uint32_t count = 0;
     /// Positions in the layout of the other chart. `apex` is the corner that both triangles share.
     Vec2d tip{}, first{}, last{}, apex{};
@@ -114,18 +115,21 @@ class SeamStraightener {
 
   /// Tries to move the triangles between the seam half-edge h and the next seam half-edge to the other chart.
   /// \returns true if they were moved
-  bool move(std::uint32_t h) {
-    const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
-    if (mate == kNoIndex || over == kNoIndex || borders_.next(over) != mate) return false;
+  bool try_move(std::uint32_t h) {
+    const std::uint32_t g = borders_.next(h), mate = surface_.mate[h],
+                        mate_of_next = surface_.mate[g];
+    if (mate == kNoIndex || mate_of_next == kNoIndex || borders_.next(mate_of_next) != mate)
+      return false;
     const std::uint32_t from = chart_of_[h / 3], to = chart_of_[mate / 3];
-    if (chart_of_[over / 3] != to) return false;
-    if (from == to ? has_layout() || ends_inner_seam(h, g) : (from < to) != forward_) return false;
+    if (chart_of_[mate_of_next / 3] != to) return false;
+    if (from == to ? has_layout() || ends_inner_seam(h, g) : (from < to) != is_forward_sweep_)
+      return false;
     Fan fan;
     if (!collect_fan(h, g, fan) || !shortens_seam(h, g, fan)) return false;
-    if (glues_most_of_border(over, mate)) return false;
+    if (glues_most_of_border(mate_of_next, mate)) return false;
     if (has_layout()) {
       lay_out_fan(h, g, fan);
-      if (!fits(fan) || !keeps_border_simple(over, mate, fan)) return false;
+      if (!fits(fan) || !keeps_border_simple(mate_of_next, mate, fan)) return false;
     }
     move_to_other_chart(h, g, fan);
     return true;
@@ -204,9 +208,9 @@ class SeamStraightener {
       }
       const double det = cross(du, dv), squares = dot(du, du) + dot(dv, dv);
       if (!(det > 0)) return false;
-      const double most =
+      const double larger_stretch =
           0.5 * (std::sqrt(squares + 2 * det) + std::sqrt(std::max(0.0, squares - 2 * det)));
-      if (std::max(most, most / det) > limits_.max_stretch) return false;
+      if (std::max(larger_stretch, larger_stretch / det) > limits_.max_stretch) return false;
     }
     return true;
   }
@@ -275,17 +279,17 @@ class SeamStraightener {
   std::vector<RestShape> rest_shapes_;
   /// Position of each corner in its chart; empty for charts without a layout
   std::vector<Vec2d> corner_positions_;
-  bool has_moved_ = false, forward_ = true;
+  bool has_moved_ = false, is_forward_sweep_ = true;
 };
 
 }  // namespace
 
 void straighten_seams(const ChartSurface& surface, ChartBorders& borders,
-                      std::vector<std::uint32_t>& label) {
+                      std::vector<std::uint32_t>& take_labels) {
   const ChartLimits limits;
-  SeamStraightener straightener(surface, borders, limits, std::move(label));
+  SeamStraightener straightener(surface, borders, limits, std::move(take_labels));
   straightener.run();
-  label = std::move(straightener).label();
+  take_labels = std::move(straightener).take_labels();
 }
 
 void trim_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,

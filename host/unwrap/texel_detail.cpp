@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 /// Number of samples on a low poly, at least one per triangle.
-constexpr double kSampleCount = 8000;
+constexpr double kSamplesPerLowPoly = 8000;
 /// Assumed share of the map that charts cover.
 constexpr double kExpectedMapCoverage = 0.75;
 constexpr std::size_t kTrianglesPerTask = 32;
@@ -42,15 +42,15 @@ std::vector<Triangle> pick_triangles(const std::vector<Triangle>& triangles,
 /// Stratified sample points on a triangle. Each has a rotation for the texel-sized square around it. The pattern is
 /// offset differently for each triangle.
 struct TriangleSamples : TriangleSpread {
-  double turn;
+  double rotation;
   TriangleSamples(std::size_t triangle, std::size_t place)
       : TriangleSamples(static_cast<double>(triangle), static_cast<double>(place)) {}
 
  private:
   TriangleSamples(double t, double i)
       : TriangleSpread(i, 0.6180339887498949 * t, 0.4142135623730950 * t),
-        turn(0.5 * std::numbers::pi *
-             fraction_of(0.8191725133961645 * i + 0.7320508075688772 * t)) {}
+        rotation(0.5 * std::numbers::pi *
+                 fraction_of(0.8191725133961645 * i + 0.7320508075688772 * t)) {}
 };
 
 }  // namespace
@@ -102,16 +102,16 @@ class TexelDetail::LowPolySampler {
     constexpr int kMaxWalkSteps = 200;
     for (int step = 0; step < kMaxWalkSteps && t != kNoIndex; ++step) {
       const std::array<Vec2d, 3>& c = flat_.corners[t];
-      const double whole = cross(c[1] - c[0], c[2] - c[0]);
+      const double doubled_area = cross(c[1] - c[0], c[2] - c[0]);
       std::array<double, 3> share{};
-      std::size_t out = 0;
+      std::size_t most_negative = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2d &a = c[(k + 1) % 3], &b = c[(k + 2) % 3];
-        share[k] = cross(b - a, at - a) / whole;
-        if (share[k] < share[out]) out = k;
+        share[k] = cross(b - a, at - a) / doubled_area;
+        if (share[k] < share[most_negative]) most_negative = k;
       }
-      if (share[out] >= 0) return interpolate_normal(t, share, normal);
-      t = flat_.neighbours[t][(out + 1) % 3];
+      if (share[most_negative] >= 0) return interpolate_normal(t, share, normal);
+      t = flat_.neighbours[t][(most_negative + 1) % 3];
     }
     return false;
   }
@@ -158,25 +158,26 @@ class TexelDetail::LowPolySampler {
   bool interpolate_normal(std::uint32_t t, const std::array<double, 3>& share,
                           Vec3d& normal) const {
     std::array<Vec3d, 3> p{};
-    Vec3d up{}, along{};
+    Vec3d low_normal{}, tangent{};
     for (std::size_t k = 0; k < 3; ++k) {
       p[k] = to_double(positions_[low_.triangles[t][k]]);
-      up += to_double(normals_.normals[normals_.triangles[t][k]]) * share[k];
-      along += tangents_[3 * std::size_t{t} + k] * share[k];
+      low_normal += to_double(normals_.normals[normals_.triangles[t][k]]) * share[k];
+      tangent += tangents_[3 * std::size_t{t} + k] * share[k];
     }
-    Vec3d found{};
+    Vec3d high_normal{};
     if (!detail_.normal_at(p[0] * share[0] + p[1] * share[1] + p[2] * share[2],
-                           cross(p[1] - p[0], p[2] - p[0]), found)) {
+                           cross(p[1] - p[0], p[2] - p[0]), high_normal)) {
       return false;
     }
-    const double height = length(up);
+    const double height = length(low_normal);
     if (!(height > 0)) return false;
-    up = up * (1 / height);
-    along = along - up * dot(along, up);
-    const double size = length(along);
+    low_normal = low_normal * (1 / height);
+    tangent = tangent - low_normal * dot(tangent, low_normal);
+    const double size = length(tangent);
     if (!(size > 0)) return false;
-    along = along * (1 / size);
-    normal = {dot(found, along), dot(found, cross(up, along)), dot(found, up)};
+    tangent = tangent * (1 / size);
+    normal = {dot(high_normal, tangent), dot(high_normal, cross(low_normal, tangent)),
+              dot(high_normal, low_normal)};
     return true;
   }
 
@@ -198,27 +199,27 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   const auto measure_triangle = [&](std::uint32_t t) {
     const auto& [a, b, c] = flat.corners[t];
     const auto sample_count =
-        1 + static_cast<std::size_t>(kSampleCount * sampler.area(t) / total_area);
-    double seen = 0;
+        1 + static_cast<std::size_t>(kSamplesPerLowPoly * sampler.area(t) / total_area);
+    double matched_count = 0;
     for (std::size_t i = 0; i < sample_count; ++i) {
       const TriangleSamples at(t, i);
       const Vec2d p = a + (b - a) * at.u + (c - a) * at.v;
       Vec3d normal_at_sample{}, corner{};
       if (!sampler.normal_at(t, p, normal_at_sample)) continue;
-      ++seen;
+      ++matched_count;
       for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
-        const double reach = std::sqrt(0.5) * side * kTexelSides[s];
+        const double half_diagonal = std::sqrt(0.5) * side * kTexelSides[s];
         Vec3d mean{};
         for (int k = 0; k < 4; ++k) {
-          const double angle = at.turn + 0.5 * std::numbers::pi * k;
-          const Vec2d q = p + Vec2d{std::cos(angle), std::sin(angle)} * reach;
+          const double angle = at.rotation + 0.5 * std::numbers::pi * k;
+          const Vec2d q = p + Vec2d{std::cos(angle), std::sin(angle)} * half_diagonal;
           if (sampler.normal_at(t, q, corner)) mean += corner;
         }
-        const double most = length(mean);
-        if (most > 0) result[t][s] += length(normal_at_sample - mean * (1 / most));
+        const double mean_length = length(mean);
+        if (mean_length > 0) result[t][s] += length(normal_at_sample - mean * (1 / mean_length));
       }
     }
-    for (double& error : result[t]) error = seen > 0 ? error / seen : 0;
+    for (double& error : result[t]) error = matched_count > 0 ? error / matched_count : 0;
   };
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {

@@ -78,8 +78,9 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
                     "' has no triangle of positive area; check the file it was read from");
   }
   if (report != nullptr) *report = {};
-  const std::optional<TexelDetail> own = detail == nullptr ? detail_of(options) : std::nullopt;
-  if (own) detail = &*own;
+  const std::optional<TexelDetail> computed_detail =
+      detail == nullptr ? detail_of(options) : std::nullopt;
+  if (computed_detail) detail = &*computed_detail;
   Mesh result = charts ? unwrap_charts(mesh, options, report, 0, detail, known)
                        : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;

@@ -161,7 +161,7 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
       if (next.charts.size() == before) break;
     }
     const std::vector<double> scales = texel_scales(chart_needs(next.charts, needs));
-    // Packing hardly lowers the expected error, so candidates that expect no gain before packing are skipped.
+    // Packing hardly changes the expected error. So a candidate that promises no gain is skipped before it is packed.
     if (error_of(next.charts, scales, layout) >= min_error) continue;
     std::vector<FlatChart> charts = next.charts;
     for (std::size_t i = 0; i < charts.size(); ++i) {
@@ -177,7 +177,7 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
 }
 
 /// Moves the chart's points to their positions in the texture, rounded to UV steps.
-void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t size) {
+void place_chart(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t size) {
   for (Vec2d& p : chart.points) {
     const Vec2d q = p * scale;
     const Vec2d texel{at.turn.x * q.x - at.turn.y * q.y + at.shift.x,
@@ -241,7 +241,7 @@ class RoundedChart {
   }
 
   /// Moves a vertex to the left of a direction, perpendicularly to it.
-  void move(std::uint32_t v, const Vec2d& along) {
+  void move_left_of(std::uint32_t v, const Vec2d& along) {
     const double size = std::hypot(along.x, along.y);
     const Vec2d left =
         size > 0 ? Vec2d{-along.y, along.x} * (kRepairSteps / size) : Vec2d{0, kRepairSteps};
@@ -259,7 +259,7 @@ class RoundedChart {
       along = side;
       longest = k;
     }
-    move(t[(longest + 2) % 3], along);
+    move_left_of(t[(longest + 2) % 3], along);
   }
 
   const Vec2d& border(std::size_t i) const {
@@ -280,20 +280,21 @@ class RoundedChart {
       for (const auto& [side, corner] : {std::pair{a, b + end}, std::pair{b, a + end}}) {
         const Vec2d along = border(side + 1) - border(side), to = border(corner) - border(side);
         const double at = std::clamp(dot(to, along) / std::max(dot(along, along), 1.0), 0.0, 1.0);
-        const Vec2d off = to - along * at;
+        const Vec2d offset = to - along * at;
         if (corner % count() == side || corner % count() == (side + 1) % count()) continue;
-        if (dot(off, off) < nearest.squared) nearest = {dot(off, off), side, corner % count()};
+        if (dot(offset, offset) < nearest.squared)
+          nearest = {dot(offset, offset), side, corner % count()};
       }
     }
     if (nearest.squared == std::numeric_limits<double>::max()) return;
     // The corner moves to the side on which its neighbours mostly lie.
     const Vec2d from = border(nearest.side), along = border(nearest.side + 1) - from;
-    const double inside = cross(along, border(nearest.corner + count() - 1) - from) +
-                          cross(along, border(nearest.corner + 1) - from);
-    const Vec2d push_direction = inside > 0 ? -along : along;
-    move(chart_.boundary[nearest.corner], -push_direction);
-    move(chart_.boundary[nearest.side], push_direction);
-    move(chart_.boundary[(nearest.side + 1) % count()], push_direction);
+    const double neighbour_side = cross(along, border(nearest.corner + count() - 1) - from) +
+                                  cross(along, border(nearest.corner + 1) - from);
+    const Vec2d push_direction = neighbour_side > 0 ? -along : along;
+    move_left_of(chart_.boundary[nearest.corner], -push_direction);
+    move_left_of(chart_.boundary[nearest.side], push_direction);
+    move_left_of(chart_.boundary[(nearest.side + 1) % count()], push_direction);
   }
 
   std::size_t count() const { return chart_.boundary.size(); }
@@ -338,7 +339,7 @@ void write_report(const ChartSurface& surface, const std::vector<FlatChart>& cha
                   const UnwrapOptions& options, UnwrapReport& report) {
   report.charts = charts.size();
   report.border_texels = padding;
-  double weight = 0, sum = 0, squares = 0, narrow = 0;
+  double weight = 0, sum = 0, squares = 0, narrow_area = 0;
   std::uint64_t narrow_charts = 0;
   for (const FlatChart& chart : charts) {
     const bool is_narrow = strip_width(chart) * options.size < 1;
@@ -352,26 +353,27 @@ void write_report(const ChartSurface& surface, const std::vector<FlatChart>& cha
       const double density = std::log2(flat) - std::log2(area);
       report.coverage += flat;
       weight += area, sum += area * density, squares += area * density * density;
-      if (is_narrow) narrow += area;
+      if (is_narrow) narrow_area += area;
     }
   }
   const double mean = sum / weight;
   report.density_spread = std::sqrt(std::max(0.0, squares / weight - mean * mean));
   if (padding < options.border_texels) {
-    const std::string text = decimal(padding);
+    const std::string padding_text = decimal(padding);
     report.warnings.push_back({"border-shrunk",
                                std::to_string(report.charts) +
                                    " charts leave no room for a padding of " +
                                    std::to_string(options.border_texels) + " texels at a size of " +
                                    std::to_string(options.size) + "; the padding was reduced to " +
-                                   text + " texels. Use a larger size or fewer faces",
+                                   padding_text + " texels. Use a larger size or fewer faces",
                                report.charts});
   }
-  if (narrow > kMaxNarrowShare * weight) {
+  if (narrow_area > kMaxNarrowShare * weight) {
     report.warnings.push_back(
         {"narrow-charts",
          "charts narrower than a texel at a size of " + std::to_string(options.size) + " cover " +
-             percent(narrow / weight, 2) + " of the surface (" + counted(narrow_charts, "chart") +
+             percent(narrow_area / weight, 2) + " of the surface (" +
+             counted(narrow_charts, "chart") +
              "). Maps blur there, and shading may be worse with maps than without. Use a larger "
              "size or fewer faces",
          narrow_charts});
@@ -412,7 +414,7 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
       scale_by_detail(surface, mesh, *detail, options, chosen_charts, layout, threads);
     bool any_chart_failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
-      place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
+      place_chart(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
       RoundedChart rounded(charts[i]);
       if (rounded.repair()) continue;
       rounded.mark_separate_triangles(is_separate);

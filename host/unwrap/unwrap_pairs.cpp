@@ -132,8 +132,8 @@ Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
                     static_cast<std::uint32_t>(std::min(value + 0.5, max_steps)));
   };
   if (rule.squares) {
-    const std::uint32_t leg = std::max(2U, round_to_steps(patch.width * scale));
-    return {leg, leg};
+    const std::uint32_t leg_steps = std::max(2U, round_to_steps(patch.width * scale));
+    return {leg_steps, leg_steps};
   }
   // The second side is chosen after the first one is rounded, to keep the area.
   const double area = patch.width * scale * (patch.height * scale);
@@ -152,8 +152,9 @@ Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
 
 PackSize cell_of(const Patch& patch, const Legs& legs, const GridRules& rule) {
   const bool has_padded_diagonal = patch.triangle[1] != kNoIndex && !patch.has_two_triangles;
-  const std::uint32_t extra = rule.padding_steps + (has_padded_diagonal ? rule.padding_steps : 0);
-  return {legs.width + extra, legs.height + extra};
+  const std::uint32_t total_padding =
+      rule.padding_steps + (has_padded_diagonal ? rule.padding_steps : 0);
+  return {legs.width + total_padding, legs.height + total_padding};
 }
 
 struct PairLayout {
@@ -199,7 +200,7 @@ class LayoutSearch {
       const double middle = 0.5 * (fits + high);
       (pack(middle) ? fits : high) = middle;
     }
-    return std::move(best_);
+    return std::move(best_layout_);
   }
 
  private:
@@ -224,7 +225,7 @@ class LayoutSearch {
     }
     if (!pack_rectangles(sizes_, grid_rules_.side, cell_places_)) return false;
     const double side = grid_rules_.side;
-    best_ = PairLayout{grid_rules_, scale, cell_places_, covered_area / (side * side)};
+    best_layout_ = PairLayout{grid_rules_, scale, cell_places_, covered_area / (side * side)};
     return true;
   }
 
@@ -232,7 +233,7 @@ class LayoutSearch {
   GridRules grid_rules_;
   std::vector<PackSize> sizes_;
   std::vector<PackPlace> cell_places_;
-  std::optional<PairLayout> best_;
+  std::optional<PairLayout> best_layout_;
 };
 
 /// Tries the requested padding first, then less padding. If all fail, allows triangles with legs of one step instead of
@@ -261,7 +262,7 @@ class UvWriter {
     const std::uint32_t margin = layout_.rule.padding_steps / 2;
     const std::uint32_t end_x = cell.width - layout_.rule.padding_steps;
     const std::uint32_t end_y = cell.height - layout_.rule.padding_steps;
-    const auto add = [&](std::uint32_t x, std::uint32_t y) {
+    const auto add_uv = [&](std::uint32_t x, std::uint32_t y) {
       // The rotation is a quarter turn counter-clockwise, never a reflection, so that no chart is mirrored.
       const std::uint32_t u = place.turned ? end_y - y : x;
       const std::uint32_t v = place.turned ? x : y;
@@ -270,22 +271,22 @@ class UvWriter {
                            static_cast<float>((place.y + margin + v) / side)});
       return static_cast<std::uint32_t>(mesh_.uvs.size() - 1);
     };
-    const std::uint32_t right = add(legs.width, 0);
-    const std::uint32_t up = add(0, legs.height);
-    set(patch, 0, add(0, 0), right, up);
+    const std::uint32_t right = add_uv(legs.width, 0);
+    const std::uint32_t up = add_uv(0, legs.height);
+    set_corner_uvs(patch, 0, add_uv(0, 0), right, up);
     if (patch.triangle[1] == kNoIndex) return;
-    const std::uint32_t corner = add(end_x, end_y);
+    const std::uint32_t corner = add_uv(end_x, end_y);
     if (patch.has_two_triangles) {
-      set(patch, 1, corner, up, right);
+      set_corner_uvs(patch, 1, corner, up, right);
     } else {
-      const std::uint32_t left = add(end_x - legs.width, end_y);
-      set(patch, 1, corner, left, add(end_x, end_y - legs.height));
+      const std::uint32_t left = add_uv(end_x - legs.width, end_y);
+      set_corner_uvs(patch, 1, corner, left, add_uv(end_x, end_y - legs.height));
     }
   }
 
  private:
-  void set(const Patch& patch, std::size_t which, std::uint32_t apex, std::uint32_t next,
-           std::uint32_t last) {
+  void set_corner_uvs(const Patch& patch, std::size_t which, std::uint32_t apex, std::uint32_t next,
+                      std::uint32_t last) {
     Triangle& uv = mesh_.uv_triangles[patch.triangle[which]];
     uv[patch.apex[which]] = apex;
     uv[(patch.apex[which] + 1) % 3] = next;

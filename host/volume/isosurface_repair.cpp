@@ -239,7 +239,7 @@ class FixedVerticesConstraint : public CollapseConstraint {
     const Vec3d &pa = mesh.points[a], &pb = mesh.points[b];
     return is_a_fixed ? pa : is_b_fixed ? pb : sum.best_near(pa, pb);
   }
-  bool any_place() const override { return true; }
+  bool allows_any_position() const override { return true; }
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor,
              const Vec3d& target) const override {
     const auto stays = [&](std::uint32_t v) {
@@ -270,7 +270,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     return is_thin(corners, kMinHeightShare) || check.is_flaw(corners);
   };
   const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
-  Flaws found = check.find_among(patch.points, patch.triangles, patch.seeds);
+  Flaws found = check.find_selected(patch.points, patch.triangles, patch.seeds);
   const std::size_t flaws_before = found.count();
   for (int round = 0; round < kMaxRepairRounds && !found.none(); ++round) {
     CollapseMesh mesh(patch.points, patch.triangles);
@@ -288,7 +288,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     }
     patch.apply_collapses(mesh, constraint.merges);
     const std::size_t last = found.count();
-    found = check.find_among(patch.points, patch.triangles, patch.seeds);
+    found = check.find_selected(patch.points, patch.triangles, patch.seeds);
     if (found.count() * kFlawsPerRepair > last * (kFlawsPerRepair - 1)) break;
   }
   flaws.mended += flaws_before - std::min(flaws_before, found.count());

@@ -43,7 +43,7 @@ struct AssessmentFields {
   Image object_space = {};            ///< Mean over the rays that show the texel, world units
   Image image_space = {};             ///< Mean over the rays that show the texel, world units
   Image normalised_image_space = {};  ///< Mean over the rays that show the texel, 0 to 1
-  Image uniformity = {};      ///< Mean deviation of the steps to the texel's neighbours, percent
+  Image uniformity = {};      ///< Mean deviation of the texel's steps from even ones, percent
   Image match_distance = {};  ///< Distance |F(p) - p|, world units
   /// log2 of the high poly's area over the low poly's; -64 where undefined, -63 where cells are folded
   /// over
@@ -57,7 +57,7 @@ struct AssessOptions {
   std::uint32_t directions = 512;
   std::vector<Vec3> avoid = {};  ///< Unit directions that the match was made from
   bool fields = false;     ///< Also return the measures of each texel, in MatchAssessment::fields
-  Progress progress = {};  ///< Called between directions; may cancel. See Progress
+  Progress progress = {};  ///< Called after each test direction; may cancel. See Progress
 };
 
 /// Quality of a correspondence F from the low poly to the high poly, measured without any map:
@@ -94,13 +94,13 @@ struct MatchAssessment {
   Distribution match_distance = {};
   /// image_space, averaged over the rays that show each texel, then over the low poly's area: a texel that
   /// few directions see counts as much as one that many see.
-  Distribution image_space_by_place = {};
+  Distribution image_space_over_area = {};
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
   /// Evenness with which F samples the high poly: for each cell, log2 of the ratio of the matched area
   /// on the high poly to the cell's area on the low poly. A cell lies between a texel and its neighbours
   /// to the right and below, in the same chart.
-  Distribution stretch = {};  ///< Distribution of |log2 - mean log2|: 0 is perfectly even
+  Distribution stretch = {};  ///< Of |log2 - mean_stretch| over the cells; 0: perfectly even
   double mean_stretch = 0;    ///< Mean over the rated cells of the log2 of the area ratio
   std::uint64_t cells = 0;    ///< Number of rated cells
   double folded = 0;          ///< Share of cells whose corners F maps in reversed order

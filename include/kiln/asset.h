@@ -98,13 +98,13 @@ Asset load_asset(std::span<const std::byte> bytes, std::string_view name,
 /// in files: normals as n/2 + 1/2 with +Y up, colours as sRGB, all in [0, 1]. Occlusion, roughness and metalness
 /// share a picture, so they must have one size; likewise colour and opacity.
 struct AssetMaps {
-  const Image* normal = nullptr;     ///< Tangent space
-  const Image* occlusion = nullptr;  ///< First channel
-  const Image* roughness = nullptr;  ///< First channel
-  const Image* metallic = nullptr;   ///< First channel
-  const Image* opacity = nullptr;    ///< First channel
-  const Image* color = nullptr;      ///< Three channels
-  const Image* emission = nullptr;   ///< Three channels
+  const Image* normal = nullptr;     ///< Normals in tangent space
+  const Image* occlusion = nullptr;  ///< Only its first channel is used
+  const Image* roughness = nullptr;  ///< Only its first channel is used
+  const Image* metallic = nullptr;   ///< Only its first channel is used
+  const Image* opacity = nullptr;    ///< Only its first channel is used
+  const Image* color = nullptr;      ///< A colour in three channels
+  const Image* emission = nullptr;   ///< A colour in three channels
   /// Linear radiance of the value 1 in `emission`; at least 0
   float emission_strength = 1;
   std::span<const std::uint8_t> coverage =
@@ -121,7 +121,7 @@ const Image** slot_of(AssetMaps& maps, std::string_view name);
 /// \returns pointers into `maps`, which must outlive the result
 /// \param maps  maps of bake(); those that are not yet converted are converted by to_stored()
 /// \param left  receives the names of maps that fit no slot of a material, separated by commas; may be null
-/// Thread safety: may be called from several threads, for maps of their own.
+/// Thread safety: may be called from several threads, for different maps.
 AssetMaps asset_maps(std::span<BakedMap> maps, std::string* left = nullptr);
 
 /// Error of a map in the encoded picture: see stored_error().

@@ -22,9 +22,10 @@ struct PaddingOptions {
   bool unit_vectors = false;  ///< Values are unit vectors: averages are normalised
 };
 
-/// Fills empty texels near baked ones, the last step of a bake: each takes the value of the nearest baked texel
-/// (Euclidean, ties to the lowest row, then column). The same bytes on every device. No argument is kept, and
-/// no callback is called. Thread safety: several threads may call it, each for an image of its own.
+/// Fills empty texels near baked ones, as the last step of a bake does: each gets the value of the nearest baked texel
+/// (by Euclidean distance; of several, the one in the lowest row, then column). The same bytes on every device. No
+/// argument is kept, and no callback is called. Thread safety: several threads may call it, each for an image of its
+/// own.
 /// \param device    computes the nearest texels
 /// \param image     in and out: values of baked texels never change
 /// \param coverage  in and out: one TexelState per texel; filled texels become padding

@@ -44,9 +44,9 @@ struct HighCoverageReport {
 
 /// Whether a sample of the map represents a vertex of the high poly; one value per vertex.
 enum class VertexCoverage : std::uint8_t {
-  beside,  ///< The vertex is not rated: it is hidden, too steep, or too far from the low poly
-  held,    ///< A sample of the map represents the vertex
-  lost,    ///< No sample of the map represents the vertex
+  not_rated,    ///< The vertex is not rated: it is hidden, too steep, or too far from the low poly
+  represented,  ///< A sample of the map represents the vertex
+  lost,         ///< No sample of the map represents the vertex
 };
 
 /// Encoding of values as pictures.
@@ -63,10 +63,10 @@ struct EncodingOptions {
   /// the rule of BakedMap::ranges, which is the same for all maps that are baked from one high poly with the same
   /// options.
   std::vector<MapRange> ranges = {};
-  /// Origin of the map position and of positions in own maps, world units. None given: 0; for a high poly farther
-  /// from 0 than 16 of its diagonals, the centre of its bounding box, rounded to multiples of a power of two
-  /// above the diagonal. So all maps of one high poly agree; maps of several high polys agree if an origin is
-  /// given. The result is in BakedMap::origin.
+  /// Origin of the map `position` and of positions in user-defined maps, world units. None given: 0; for a high poly
+  /// farther from 0 than 16 of its diagonals, the centre of its bounding box, rounded to multiples of a power of two
+  /// above the diagonal. So all maps of one high poly agree; maps of several high polys agree if an origin is given.
+  /// The result is in BakedMap::origin.
   std::optional<std::array<double, 3>> origin = {};
   MissPolicy miss = MissPolicy::keep;  ///< Value of samples without a point, after all fallbacks
   /// Width of the padding, 0 to 4096 texels; -1: fill the whole map (push-pull)
@@ -107,14 +107,13 @@ struct BakeOptions {
   /// One map per variant, after the caller's own maps; the rules for names are those for transfers.
   /// The settings below apply to all maps, unless a variant overrides them.
   std::vector<MapVariant> variants = {};
-  /// Time limit for an own map, 1 to 86400 seconds: for its compilation, and for every 65,536 samples. Neither
-  /// can be interrupted. After the limit the bake throws Error(input), and this process no longer uses any
-  /// device.
+  /// Time limit for a user-defined map, 1 to 86400 seconds: for its compilation, and for every 65,536 samples. Neither
+  /// can be interrupted. After the limit the bake throws Error(input), and this process no longer uses any device.
   double own_map_seconds = 60;
   OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
-  /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None given:
-  /// 0.5% of the diagonal, but at least 3 facets of its smooth surfaces; BakedMap::curvature_radius holds the
-  /// result.
+  /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None given: 0.5% of
+  /// the diagonal, but at least three times the size of a facet of the high poly's smooth surfaces.
+  /// BakedMap::curvature_radius holds the result.
   std::optional<Length> curvature_radius = {};
   ShadowLight light = {};   ///< For the map shadow
   IdBy id_by = IdBy::part;  ///< For the map id
@@ -137,7 +136,7 @@ struct TransitionReport {
   /// Number of pairs of adjacent texels of one chart whose matches come from different methods, or of which one
   /// texel was missed
   std::uint64_t sides = 0;
-  double mean_degrees = 0;  ///< Mean angle between the map's unit vectors in these pairs
+  double mean_degrees = 0;  ///< Mean angle between the map's unit vectors in the pairs of `sides`
   /// Mean angle between the map's unit vectors of all other pairs of adjacent texels
   double elsewhere_degrees = 0;
 };
@@ -167,7 +166,7 @@ struct BakeReport {
   std::uint64_t small_triangles = 0;
   /// Triangles of charts that contain no sample's centre, and have no free texel within 8 texels;
   /// they are not baked
-  std::uint64_t small_without_texel = 0;
+  std::uint64_t small_triangles_without_texel = 0;
   std::uint64_t missed = 0;         ///< Samples without a matched point
   std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
   double max_distance = 0;          ///< Search distance in effect, world units
@@ -197,11 +196,12 @@ struct BakeReport {
   double seconds_recall = 0;  ///< Duration of computing `recall`
   double seconds_build =
       0;  ///< Duration of building structures of the source that no earlier bake had needed
-  double seconds_texels = 0;  ///< Rasterising the low poly's samples
-  double seconds_match = 0;   ///< Matching, fallbacks included
-  double seconds_detail = 0;  ///< Computing the maps' values at the matched points
-  double seconds_image = 0;   ///< Padding and encoding
-  double seconds_mips = 0;    ///< Finding the charts; making, padding and encoding mip levels
+  double seconds_texels = 0;  ///< Duration of rasterising the low poly's samples
+  double seconds_match = 0;   ///< Duration of matching, fallbacks included
+  double seconds_detail = 0;  ///< Duration of computing the maps' values at the matched points
+  double seconds_image = 0;   ///< Duration of padding and encoding
+  /// Duration of making, padding and encoding mip levels, and of finding charts
+  double seconds_mips = 0;
   std::vector<MapError> errors = {};  ///< Errors of the maps; set if ReportOptions::errors is true
   double seconds_errors = 0;          ///< Duration of the finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< Largest amount of device memory at once

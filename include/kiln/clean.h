@@ -35,7 +35,8 @@ struct CleanOptions {
 /// Number of repaired elements of a kind, and an example.
 struct Cleaned {
   std::uint64_t count = 0;  ///< Number of elements
-  Vec3 example = {};  ///< Position of one of them, relative to Mesh::origin; valid if count > 0
+  /// Position of one such element, relative to Mesh::origin; valid if count > 0
+  Vec3 example = {};
 };
 
 /// Repairs that clean_mesh() made.
@@ -96,9 +97,9 @@ struct CleanReport {
 ///                         of other parts are treated as transparent
 ///
 /// Views are orthographic pictures of 512 x 512 pixels from 32 directions; before a part is dropped, from 64 more.
-/// Parts smaller than a pixel stay.
-/// Time: nearly linear; about 1 s for a million triangles of several parts, less of one part. Deterministic on any
-/// number of threads. Thread safety: may be called from several threads, for other meshes. Reports to a ProgressScope.
+/// Parts smaller than a pixel stay. Time: nearly linear; about 1 s for a million triangles of several parts, less of
+/// one part. Deterministic on any number of threads. Thread safety: may be called from several threads, for different
+/// meshes. Reports to a ProgressScope.
 /// \param mesh  [in, out]
 /// \throws Error(usage) for options out of range; Error(input) for an invalid mesh, see validate()
 CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options = {});

@@ -167,7 +167,7 @@ struct ExtractReport {
   std::uint64_t folded = 0;        ///< Remaining triangles that face away from the full contour
   std::uint64_t without_area = 0;  ///< Remaining triangles without area
   std::uint64_t repeated = 0;      ///< Remaining triangles with the same corners as another one
-  std::uint64_t charts = 0;        ///< Charts of the layout: with pairs, one per polygon
+  std::uint64_t charts = 0;        ///< Number of charts; with UnwrapMethod::pairs, one per polygon
   double texels_per_cell = 0;      ///< Number of the map's texels along a cell's side
   double coverage = 0;             ///< Share of the map that triangles cover, 0 to 1
   /// Texels into which vertices of the full contour were splatted; the other texels are filled from
@@ -175,9 +175,9 @@ struct ExtractReport {
   std::uint64_t splatted_texels = 0;
   /// Duration of building the octree of vertices and of choosing its nodes
   double seconds_simplify = 0;
-  double seconds_atlas = 0;            ///< Layout of the charts
+  double seconds_atlas = 0;            ///< Duration of laying out the charts
   double seconds_map = 0;              ///< Duration of splatting, filling and encoding normals
-  double seconds_total = 0;            ///< Sum of all steps
+  double seconds_total = 0;            ///< Duration of all steps together
   std::vector<Warning> warnings = {};  ///< Warnings of all steps
 };
 
@@ -191,8 +191,8 @@ struct ExtractResult {
 /// Texels per cell at and above which extract() warns ("map-too-fine").
 inline constexpr double kMapTooFine = 4;
 
-/// A low poly with a normal map straight from a volume (Barry and Wood, "Direct Extraction of Normal
-/// Mapped Meshes from Volume Data").
+/// A low poly with a normal map, extracted directly from a volume (Barry and Wood, "Direct Extraction of Normal Mapped
+/// Meshes from Volume Data").
 ///
 /// The vertices of the full-resolution contour are clustered bottom-up through an octree: connected
 /// vertices of a node are merged into one. The merged vertex has the sum of their quadric error
@@ -255,8 +255,8 @@ class VolumeSession {
   struct Update {
     std::uint64_t vertices = 0;  ///< Vertices of the full contour that were computed again
     std::uint64_t kept = 0;      ///< Vertices of the full contour that were reused
-    double seconds_contour = 0;  ///< Vertices and quads
-    double seconds_tree = 0;     ///< Octree of vertices
+    double seconds_contour = 0;  ///< Duration of computing vertices and quads
+    double seconds_tree = 0;     ///< Duration of building the octree of vertices
   };
   const Update& last_update() const;  ///< Valid until the next update()
 

@@ -39,7 +39,7 @@ class OutputSet {
 
   /// Returns the path of the temporary file that holds an output until commit(), so that it can be read
   /// earlier, for example by another program. Empty if nothing was saved under this name.
-  static std::filesystem::path held(const std::filesystem::path& destination);
+  static std::filesystem::path temporary_path(const std::filesystem::path& destination);
 
   /// Adds a file to the protected inputs, for inputs that Kiln has not read yet or that other code
   /// reads.
@@ -52,7 +52,7 @@ class OutputSet {
 
 /// True while OutputSet::commit() moves files: a signal handler that would end the process should return
 /// instead. Async-signal-safe.
-bool placing_outputs() noexcept;
+bool is_committing_outputs() noexcept;
 
 /// Checks early, before minutes of work, that files can be written to a folder. Creates the folder and its parents if
 /// they are missing, and completes a commit that a killed process began there. Any thread.

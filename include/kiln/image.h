@@ -80,7 +80,7 @@ void to_srgb(Image& image);
 
 /// Difference of two images over the compared texels.
 struct ImageDifference {
-  std::uint64_t compared = 0;     ///< Number of compared texels
+  std::uint64_t compared_texels = 0;  ///< Number of compared texels
   double mean_angle_degrees = 0;  ///< Mean angle between decoded normals; 3 or more channels only
   double p95_angle_degrees = 0;   ///< Angle that 95% of the texels do not exceed
   double p99_angle_degrees = 0;   ///< Angle that 99% of the texels do not exceed
@@ -88,17 +88,16 @@ struct ImageDifference {
   double mean_error = 0;          ///< Mean absolute channel difference, [0, 1] scale
   double max_error = 0;           ///< Largest channel difference, [0, 1] scale
   std::uint32_t worst_x = 0;      ///< Column of the texel with max_angle_degrees (or max_error)
-  std::uint32_t worst_y = 0;      ///< Row of that texel, from the top
+  std::uint32_t worst_y = 0;      ///< Row of the texel at `worst_x`, from the top
 };
 
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
 ///
-/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. If both vectors
-/// are zero (shorter than 0.01) it is 0 degrees; if one is, 180. If a value is not finite in only
-/// one image, or is another kind of non-finite value in each (NaN, infinity), it counts as a
-/// difference of 1 and of 180 degrees. Percentiles are exact, by nearest rank: the smallest angle
-/// that at least 95% (99%) of the texels do not exceed. The result does not depend on the number of
-/// threads. Memory: 8 bytes per texel.
+/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. If both vectors are zero (shorter
+/// than 0.01) it is 0 degrees; if one is, 180. A value that is finite in only one of the images, or a different one of
+/// NaN, infinity and -infinity in each, counts as a difference of 1 and of 180 degrees. Percentiles are exact, by
+/// nearest rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The result does not depend on
+/// the number of threads. Memory: 8 bytes per texel.
 /// \param mask  optional: texels whose first channel is 0 there are left out
 /// \throws Error(input) if sizes or numbers of channels differ, or pixels are missing.
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);
@@ -151,7 +150,7 @@ struct ImageLayer {
   /// Name of the layer, 1 to 128 bytes, without dots and zero bytes; its channels are named NAME.R
   /// and so on
   std::string name = {};
-  const Image* image = nullptr;  ///< The caller's; must stay valid until the file is written
+  const Image* image = nullptr;  ///< Not copied: must stay valid until the file is written
   /// Origin like SaveImageOptions::origin, stored as the attribute NAME.origin
   std::array<double, 3> origin{};
   /// Texts like SaveImageOptions::texts, stored as attributes NAME.KEYWORD

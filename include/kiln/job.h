@@ -238,7 +238,7 @@ struct Job {
 
 /// A map that a job returns in memory.
 struct JobMap {
-  std::string name = {};  ///< Name as in file names: "normal"
+  std::string name = {};  ///< Name of the map as in file names, such as "normal"
   std::string set = {};   ///< Name of the texture set; empty if there is only one
   std::string tile = {};  ///< Number of the UDIM tile, such as "1001"; empty: none
   /// The map with values as files store them: colours sRGB-encoded, other values mapped from their

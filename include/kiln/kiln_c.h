@@ -187,7 +187,7 @@ typedef struct kiln_bake_options {
   int32_t gutter;     ///< Width of the padding, texels; -1: fill the whole map
   const char* maps;   ///< Names of the maps to bake, separated by commas; null: "normal"
   const char* match;  ///< Name of the match; null: "ray"
-  /// Matches for samples that `match` misses, separated by commas; null: none
+  /// Names of matches for samples that `match` misses, separated by commas; null: none
   const char* fallback;
   /// Search distance; 0: the default, or one that follows from the deviation that kiln_simplify()
   /// measured

@@ -45,8 +45,8 @@ struct LayoutRating {
   double seam_length = 0;    ///< Total length of the seams, world units
 
   std::uint64_t texels = 0;  ///< Texels of width x height whose centre a triangle covers
-  double used = 0;           ///< Share of the unit square that these texels cover, 0 to 1
-  /// Share of these texels that several triangles cover, 0 to 1. UV copies (UvCopies) do not count
+  double used = 0;           ///< Share of the unit square that `texels` cover, 0 to 1
+  /// Share of `texels` that several triangles cover, 0 to 1. UV copies (UvCopies) do not count
   double overlap = 0;
   double seconds = 0;  ///< Duration of the rating
   /// Warnings about the layout, such as "uv-outside", as those of bake()

@@ -68,16 +68,16 @@ enum class Bitangent {
 /// Ways to gather ambient light at the high poly's points.
 enum class OcclusionBy {
   rays,  ///< Rays over the hemisphere of each sample
-  /// Depth views of the occluders from all around; each sample is looked up in every view. Applicable to
+  /// Depth views of the occluders from all around: each sample is tested against the depth in every view. Applicable to
   /// the maps ao and bent_normal if no distance or falloff is set and faces occlude from both sides
   views,
-  /// Views (two per requested ray) if they are applicable and expected to be faster; else rays. Also rays
-  /// if more than 64 are requested, since views would be less accurate
+  /// Views (two per requested ray) if they are applicable and expected to be faster; else rays. Always rays if more
+  /// than 64 are requested, since views would be less accurate
   automatic,
 };
 
-/// Weight of a ray's first hit in occlusion, as a function of x = d / D: the hit's distance d from
-/// the point over OcclusionOptions::distance D. Hits at D or beyond do not occlude.
+/// Weight of a ray's first hit in occlusion, as a function of x = d / D, where d is the hit's distance from the point
+/// and D is OcclusionOptions::distance. Hits at D or beyond do not occlude.
 enum class OcclusionFalloff {
   none,    ///< 1 at every distance below D
   linear,  ///< 1 - x
@@ -95,10 +95,9 @@ struct OcclusionOptions {
   /// Largest distance of occluders; for thickness, the distance that maps to white. Above 0. None given: unlimited
   /// for ao and bent_normal, 10% of the diagonal for thickness.
   std::optional<Length> distance = {};
-  /// For ao and bent_normal: near occluders darken more. Without a distance, D is the high poly's
-  /// diagonal. The rays of a sample have different lengths, chosen so that the share of rays that
-  /// reach a hit at distance d equals the hit's weight. Only for rays: OcclusionBy::views is refused,
-  /// OcclusionBy::automatic chooses rays.
+  /// For ao and bent_normal: near occluders darken more. If no distance is given, D is the high poly's diagonal. The
+  /// rays of a sample have different lengths, chosen so that the share of rays that reach a hit at distance d equals
+  /// the hit's weight. Only for rays: OcclusionBy::views is refused, OcclusionBy::automatic chooses rays.
   OcclusionFalloff falloff = OcclusionFalloff::none;
   bool back_faces = true;  ///< Faces that point away from the point occlude, too
   // Occluders in the maps ao, bent_normal and shadow: the high poly, the low poly and other meshes;
@@ -190,7 +189,7 @@ struct MapError {
   double p95 = 0;              ///< Error that 95% of the texels do not exceed
   double max = 0;              ///< Largest error
   std::uint32_t texels = 0;    ///< Number of compared texels, spread evenly over the baked ones
-  std::string_view against = {};  ///< Description of the reference evaluation
+  std::string_view reference = {};  ///< Description of the reference evaluation
 };
 
 /// Value of a missed sample.
@@ -235,7 +234,7 @@ struct MapInfo {
   MapKind kind = {};           ///< Name of the map, for BakeOptions::maps and for file names
   std::uint32_t channels = 3;  ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< Meaning of its values
-  std::string_view holds = {};          ///< What the values are, with their unit
+  std::string_view description = {};    ///< What the values are, with their unit
   /// Value that integer formats store as 0. If low and high are both 0, the range depends on the
   /// high poly and the options; see BakedMap::ranges.
   float low = 0;
@@ -318,9 +317,9 @@ bool obeys(const MapInfo& map, std::string_view option);
 struct RangeExcess {
   std::uint64_t texels = 0;  ///< Number of texels with a value out of the range
   float value = 0;           ///< The value that is farthest out of the range
-  float by = 0;              ///< Distance of that value from the range
-  std::uint32_t x = 0;       ///< Column of that value's texel
-  std::uint32_t y = 0;       ///< Row of that value's texel, from the top
+  float distance = 0;        ///< Distance of `value` from the range
+  std::uint32_t x = 0;       ///< Column of the texel with `value`
+  std::uint32_t y = 0;       ///< Row of the texel with `value`, from the top
 };
 
 /// Counts texels out of range. Unit vectors have none. Any thread may call it; no argument is kept.

@@ -87,10 +87,10 @@ enum class RayDirection {
 
 /// Direction of rays, and selection of their hits.
 struct RayOptions {
-  /// Rule without a cage; rays from a cage take their first hit
+  /// Rule that selects a ray's hit. Not used by rays from a cage, which take their first hit
   RayRule rule = RayRule::outermost;
-  RayDirection direction =
-      RayDirection::automatic;  ///< Direction, with a cage, too, except for CageKind::offsets
+  /// Direction of rays, also of rays from a cage, except for CageKind::offsets
+  RayDirection direction = RayDirection::automatic;
   /// For RayDirection::automatic: distance from a hard edge beyond which rays follow the shading normal. Above
   /// 0. None given: estimated on the high poly for each edge, as the larger of two lengths: 2/5 of its bevel's
   /// width, and twice the height of the high poly above the low poly beside it; limited to 0.05% to 4% of the
@@ -117,24 +117,24 @@ enum class CageKind {
 /// at points spread over the low poly's faces.
 struct CageReport {
   CageKind kind = CageKind::offsets;  ///< Detected form of the cage mesh
-  double outward_least = 0;   ///< Smallest distance from the low poly at which rays start, outward
-  double outward_median = 0;  ///< Median of these distances
-  double outward_most = 0;    ///< Largest of these distances
+  double min_outward = 0;     ///< Smallest distance outside of the low poly at which rays start
+  double median_outward = 0;  ///< Median of the distances outside of the low poly
+  double max_outward = 0;     ///< Largest distance outside of the low poly
   /// Smallest distance from the low poly at which rays end, inward; 0 for cages without an inner shell
   /// (all but CageKind::shells)
-  double inward_least = 0;
-  double inward_median = 0;  ///< Median of these distances
-  double inward_most = 0;    ///< Largest of these distances
+  double min_inward = 0;
+  double median_inward = 0;  ///< Median of the distances inside of the low poly
+  double max_inward = 0;     ///< Largest distance inside of the low poly
 };
 
 /// Widths around the low poly's hard edges within which ray directions are blended. World units.
 struct EdgeReport {
   std::uint64_t edges = 0;  ///< Number of hard edges
-  /// Number of edges whose width was estimated on the high poly; 0 if the width was given
+  /// Number of edges whose width was estimated on the high poly; 0 if RayOptions::edge_width was given
   std::uint64_t found = 0;
-  double least = 0;   ///< Smallest width
-  double median = 0;  ///< Median width
-  double most = 0;    ///< Largest width
+  double min_width = 0;     ///< Smallest width
+  double median_width = 0;  ///< Median width
+  double max_width = 0;     ///< Largest width
 };
 
 /// Names of triangles by which parts are paired.
@@ -165,7 +165,7 @@ struct PartNames {
   /// For PartsBy::name: patterns of the high poly's names
   std::vector<std::string> high = {"*_high", "*_high_*", "*_hp",       "*_hp_*",
                                    "*_hi",   "*_hi_*",   "*_highpoly", "*_highpoly_*"};
-  PartsBy by = PartsBy::name;  ///< Kind of names
+  PartsBy by = PartsBy::name;  ///< Kind of names by which parts are paired
   /// For PartsBy::list: the pairs, of which the first that matches is used
   std::vector<PartPair> list = {};
 };
@@ -262,7 +262,7 @@ struct ViewOptions {
 
 /// Elements at which visibility directions are gathered.
 enum class VisibilityAt {
-  face,  ///< On faces; a vertex averages those of its faces, weighted by their angles
+  face,  ///< On faces; a vertex averages the directions of its faces, weighted by angle
   /// At vertices, from points on their faces, weighted by the vertex's barycentric weights
   vertex,
   texel,  ///< At texels, smoothed over neighbours on the surface, even across seams
@@ -323,8 +323,8 @@ struct UvOptions {
   double max_overlap = 0.05;
   /// Warns if the 95th percentile of the distances between the surfaces exceeds this share of the diagonal
   double warn_distance = 0.01;
-  /// The bake throws Error(input) if the 95th percentile of these distances exceeds this share of the
-  /// diagonal
+  /// The bake throws Error(input) if the 95th percentile of the distances between the surfaces exceeds this share of
+  /// the diagonal
   double max_distance = 0.05;
 };
 
@@ -374,7 +374,7 @@ struct MatchOptions {
 /// Sets the search distances for a low poly that simplify() made, near_distance and max_distance, according
 /// to the deviation that it measured. Distances that are already set in `match` are kept.
 /// \param made  report of simplify(); valid even if the low poly was unwrapped afterwards
-void look_as_far(const SimplifyReport& made, MatchOptions& match);
+void set_search_distances(const SimplifyReport& made, MatchOptions& match);
 
 /// For each texel, the directions for which each of several maps was baked. The field of texels has the
 /// map's size, but at most 2048 a side.
@@ -445,7 +445,7 @@ struct UvReport {
   std::uint64_t without_area = 0;
   /// Mean distance between the two surfaces at the same UV, world units
   double mean_distance = 0;
-  double p95_distance = 0;  ///< 95th percentile of these distances, rounded up by at most 1/512
+  double p95_distance = 0;  ///< 95th percentile of the distance, rounded up by at most 1/512
 };
 
 /// A match method that bake() knows.

@@ -90,10 +90,10 @@ struct Material {
 /// Slots of a material for pictures.
 enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission, occlusion };
 
-/// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file, or a PLY's pictures. Missing
-/// files and pictures are searched in the mesh's folder and its subfolders: four levels, at most 20,000 entries. If
-/// there are several with the name, the one is taken whose folder names agree most with the path; of these the
-/// nearest; of these the first in alphabetical order. No argument is kept. Thread safety of both functions: may be
+/// Reads the materials of a glTF file, the pictures of a PLY, or the MTL files that a mesh names, which lie beside it.
+/// Missing files and pictures are searched in the mesh's folder and its subfolders: four levels, at most 20,000
+/// entries. Of several files with the name, the one whose folder names agree most with the path is used; of equal ones,
+/// the nearest, and then the first in alphabetical order. No argument is kept. Thread safety of both functions: may be
 /// called from several threads.
 /// \param mesh_file  the mesh's own path
 /// \param warnings   receives warnings; may be null: "material-missing" for names that no file describes,

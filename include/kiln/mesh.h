@@ -88,7 +88,7 @@ struct Mesh {
 enum class UvCopies {
   plain,     ///< Prefer triangles whose UVs are not mirrored
   mirrored,  ///< Prefer triangles whose UVs are mirrored
-  first,     ///< Prefer neither
+  first,     ///< Prefer neither kind
 };
 
 /// Rules by which a polygon of more than three corners is cut into triangles. A map is correct only if the
@@ -226,7 +226,7 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = 
 /// Triangles whose winding agree_windings() reversed.
 struct TurnedTriangles {
   std::uint64_t count = 0;  ///< Number of triangles
-  std::uint32_t first = 0;  ///< Lowest index of these triangles, if count > 0
+  std::uint32_t first = 0;  ///< Lowest index of a reversed triangle, if count > 0
 };
 
 /// Makes windings consistent: reverses triangles whose winding opposes that of their neighbours, so that each part

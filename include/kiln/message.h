@@ -52,7 +52,7 @@ class Message {
   /// True if the message has no pieces.
   bool empty() const { return pieces_.empty(); }
   /// True if a piece is an option.
-  bool names_options() const;
+  bool has_options() const;
   /// The message as text, with options in backticks ("`match.max_distance`") and values after them.
   std::string text() const;
   /// The message as text, with options as a function spells them.

@@ -83,7 +83,7 @@ struct SoftSeams {
   /// Midpoint of the soft seam whose faces meet at the largest angle; a seam between flat areas if there is
   /// one. Relative to Mesh::origin.
   Vec3 example = {};
-  double example_degrees = 0;  ///< Angle between the normals of that seam's faces, degrees
+  double example_degrees = 0;  ///< Angle between the faces at `example`, degrees
 };
 
 /// Finds soft seams. Vertices of equal position count as one; missing normals are computed, smooth
@@ -116,19 +116,18 @@ struct AgreedNormals {
   std::uint64_t unclear = 0;
   /// Triangles of parts whose normals oppose most faces for no detectable reason; they are
   /// unchanged
-  std::uint64_t strange = 0;
-  std::uint32_t first = 0;  ///< Lowest index of all these triangles
+  std::uint64_t unexplained = 0;
+  std::uint32_t first = 0;  ///< Lowest index of the triangles counted above
 };
 
 /// Repairs parts whose own normals oppose their faces, as after mirroring in some tools: normals are flipped, or
 /// windings are reversed. A part consists of triangles connected by edges of two triangles of equal winding, by equal
-/// positions. A closed or nearly closed part is made to face outwards. A part inside another closed
-/// part is repaired like the enclosing part. An open sheet is repaired like its neighbours; if no
-/// neighbour is repaired, like the other parts; if no other part is repaired, by the rule \p trust.
-/// Normals of a mirror image are mirrored back. All other parts are unchanged to the bit, such as
-/// parts that face inwards with matching normals (rooms), and leaves whose normals are those of a
-/// rounder shape. Meshes without normals are unchanged. Time: 0.02 s for a million triangles that
-/// agree. Thread safety: may be called from several threads, for other meshes.
+/// positions. A closed or nearly closed part is made to face outwards. A part inside another closed part is repaired
+/// like the enclosing part. An open sheet is repaired like its neighbours; if no neighbour is repaired, like the other
+/// parts; if no other part is repaired, by the rule \p trust. Normals of a mirror image are mirrored back. All other
+/// parts are unchanged to the bit, such as parts that face inwards with matching normals (rooms), and leaves whose
+/// normals are those of a rounder shape. Meshes without normals are unchanged. Time: 0.02 s for a million triangles
+/// that agree. Thread safety: may be called from several threads, for different meshes.
 /// \throws Error(input) for an invalid mesh, see validate(), and for mirrored normals beside tangents
 AgreedNormals agree_normals(Mesh& mesh, Trusted trust);
 
@@ -205,7 +204,7 @@ struct ShadingReport {
 /// A smooth mesh without normals is unchanged: they are computed when needed. Triangles whose three normals are zero
 /// count as without; if others have normals, theirs are filled in. Tangents are dropped with the normals that they
 /// belong to. Deterministic. Time: 0.3 s for a million triangles without normals. Thread safety: may be called from
-/// several threads, for other meshes.
+/// several threads, for different meshes.
 /// \param mesh  changed: normals, normal_triangles, tangents
 /// \throws Error(usage) for an angle out of range; Error(input) as validate()
 ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options = {});

@@ -27,7 +27,7 @@ struct OpenClHandles {
   cl_command_queue queue = nullptr;  ///< In-order command queue of this context and device
 };
 
-/// Kiln on the caller's context, device and queue.
+/// Opens a Device on the caller's OpenCL context, device and queue.
 ///
 /// All of Kiln's work goes through this queue, in order with the caller's own commands: commands
 /// enqueued before a bake finish before it. A bake returns when its results are on the host. Kiln
@@ -48,7 +48,7 @@ struct OpenClTarget {
   /// A buffer, or a 2D image with the channels and the type of the format
   cl_mem memory = nullptr;
   std::size_t offset = 0;  ///< Offset of the first pixel, bytes; only for buffers
-  /// Rectangle to write, in the map's texels, such as Update::dirty; without area: the whole map.
+  /// Rectangle of the map to write, texels, such as Update::dirty. If its area is 0: the whole map.
   Rectangle part = {};
 };
 

@@ -20,7 +20,7 @@ namespace KILN_PUBLIC kiln {
 ///               that; for a flag without a value, "true" or "false"
 /// \throws Error(usage) for an unknown name; OptionError (kiln/option_error.h) for an invalid value, with the range or
 ///         the choices
-/// Thread safety: may be called from several threads, on jobs of their own.
+/// Thread safety: may be called from several threads, for different jobs.
 void set_option(Job& job, std::string_view name, std::string_view value);
 /// Sets an option from several values, like a flag that is given several times.
 void set_option(Job& job, std::string_view name, const std::vector<std::string>& values);

@@ -32,8 +32,8 @@ inline constexpr std::uint32_t kSmallestMap = 16;
 
 /// Settings of bake_planned(): bounds of errors, and options of the bake.
 struct PlanOptions {
-  /// Bound of the mean angle, degrees, between rendered normals of the low poly with its map and the high
-  /// poly's. 0: the smallest error that a larger map would not improve by 5%.
+  /// Bound of the mean angle, degrees, between rendered normals of the low poly with its map and those of the high
+  /// poly. 0: the bound is the error beyond which a larger map would improve it by less than 5%.
   double max_error = 0;
   /// Error bounds of other baked maps, at most one for each map. Maps grow beyond the size that
   /// `max_error` needs until each map is within its bound.
@@ -60,8 +60,8 @@ struct PlanTrial {
   double seconds = 0;
 };
 
-/// Error that a match would reach with a map of unlimited size: measured by matching the points that pictures
-/// show.
+/// Error that a match would reach with a map of unlimited size. It is measured by matching the surface points that the
+/// rendered pictures show.
 struct PlanLimit {
   MatchMethod method = MatchMethod::ray;  ///< Match that was evaluated
   NormalError error = {};                 ///< Error over the pixels of PlanTrial::error
@@ -73,7 +73,7 @@ struct PlanLimit {
 struct PlannedBake {
   BakeResult result = {};              ///< The maps
   std::vector<PlanTrial> trials = {};  ///< Trials in the order in which they were made
-  /// Limits of the evaluated matches, in the order of evaluation
+  /// For each evaluated match, its error with a map of unlimited size; in the order of evaluation
   std::vector<PlanLimit> limits = {};
   /// If no match reaches the bound: a lower limit of the error of any map, degrees. It is above 0, since a texel shows
   /// the same normal in all views.
@@ -153,9 +153,9 @@ struct LowPolyPlanOptions {
   /// The high poly is a height_field_mesh(). Low polys keep its border (SimplifyOptions::height_field) and its layout,
   /// and MatchMethod::uv is tried first.
   bool height_field = false;
-  /// Called on the calling thread once the choice is measured, so that it can be shown early. LowPolyPlan::chosen,
-  /// candidates, trade, outlook, levels and wanted are final then. Called again if the choice missed the bound and the
-  /// search continued. May be null.
+  /// Called on the calling thread once the chosen candidate is measured, so that it can be shown before the other
+  /// results. LowPolyPlan::chosen, candidates, trade, outlook, levels and wanted are final then. Called again if that
+  /// candidate missed the bound and the search continued. May be null.
   std::function<void(const LowPolyPlan&)> on_measured = {};
 };
 

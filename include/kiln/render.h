@@ -85,8 +85,8 @@ struct FrameCost {
   std::uint64_t triangles = 0;  ///< Triangles drawn per frame
   /// Corners that differ in position, normal or (with a map) UV: the size of a vertex buffer.
   std::uint64_t vertices = 0;
-  /// Bytes of these vertices (position and normal, 24; with a map also UV and tangent, 48), of three
-  /// 4-byte indices per triangle, and of the map (3 channels of 16 bits per texel).
+  /// Bytes of `vertices` (24 each for position and normal; 48 with a map, which adds UV and tangent), of three 4-byte
+  /// indices per triangle, and of the map (3 channels of 16 bits per texel).
   std::uint64_t bytes = 0;
 };
 

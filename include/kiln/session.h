@@ -85,9 +85,9 @@ class BakeSession {
     /// changed.
     Rectangle dirty = {};
     double seconds_source = 0;  ///< Duration of computing normals, refitting the BVH, and uploading
-    double seconds_match = 0;   ///< Matching, fallbacks included
-    double seconds_detail = 0;  ///< Computing the maps' values at the matched points
-    double seconds_image = 0;   ///< Padding and encoding
+    double seconds_match = 0;   ///< Duration of matching, fallbacks included
+    double seconds_detail = 0;  ///< Duration of computing the maps' values at the matched points
+    double seconds_image = 0;   ///< Duration of padding and encoding
     /// Sum of all steps.
     double seconds() const {
       return seconds_source + seconds_match + seconds_detail + seconds_image;

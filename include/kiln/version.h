@@ -7,7 +7,7 @@
 #define KILN_VERSION_MAJOR 0  ///< Incompatible changes
 #define KILN_VERSION_MINOR 3  ///< New features; before 1.0 also incompatible changes
 #define KILN_VERSION_PATCH 0  ///< Bug fixes
-/// One number to compare, 10000 a major version and 100 a minor one: `#if KILN_VERSION >= 100`.
+/// The version as one number, 10000 * major + 100 * minor + patch, for comparisons: `#if KILN_VERSION >= 100`.
 #define KILN_VERSION (KILN_VERSION_MAJOR * 10000 + KILN_VERSION_MINOR * 100 + KILN_VERSION_PATCH)
 
 namespace KILN_PUBLIC kiln {

@@ -246,7 +246,7 @@ TEST(Reference, BunnyAgreesWithBlendersBake) {
       "beyond "
       "0.5\n",
       difference.mean_angle_degrees, difference.p95_angle_degrees, difference.p99_angle_degrees,
-      difference.max_angle_degrees, static_cast<unsigned long long>(difference.compared),
+      difference.max_angle_degrees, static_cast<unsigned long long>(difference.compared_texels),
       static_cast<unsigned long long>(beyond));
   EXPECT_LT(difference.mean_angle_degrees, 0.5);
   EXPECT_LT(difference.p99_angle_degrees, 5);

@@ -24,9 +24,10 @@
 namespace kiln {
 namespace {
 
-const MapError& error_of(const BakeResult& result, std::string_view map, std::string_view against) {
+const MapError& error_of(const BakeResult& result, std::string_view map,
+                         std::string_view reference) {
   for (const MapError& error : result.report.errors) {
-    if (error.kind.name == map && error.against.find(against) != std::string_view::npos) {
+    if (error.kind.name == map && error.reference.find(reference) != std::string_view::npos) {
       return error;
     }
   }
@@ -345,7 +346,8 @@ void expect_errors_of_a_finer_bake(const ErrorCase& test) {
     SCOPED_TRACE(map.kind.name);
     const auto stated = std::find_if(
         baked.report.errors.begin(), baked.report.errors.end(), [&](const MapError& error) {
-          return error.kind == map.kind && error.against.find("matched") != std::string_view::npos;
+          return error.kind == map.kind &&
+                 error.reference.find("matched") != std::string_view::npos;
         });
     ASSERT_NE(stated, baked.report.errors.end()) << "an error that is not known is to be said";
     const Image& exact = finer.map(map.kind).image;

@@ -93,7 +93,7 @@ TEST(HighCoverage, MarksVertices) {
     if (p.z > 0.05F) {
       EXPECT_EQ(baked.recalled[i], VertexCoverage::lost) << i;
     } else if (p.x > 0.2F) {
-      EXPECT_EQ(baked.recalled[i], VertexCoverage::held) << i;
+      EXPECT_EQ(baked.recalled[i], VertexCoverage::represented) << i;
     }
   }
 }

@@ -64,7 +64,7 @@ TEST(Messages, SpellOptionsAlone) {
   EXPECT_EQ(message.text(), "'`match.cage` --cage' lacks `match.cage` 0.1, or `x`.");
   EXPECT_EQ(message.text(option_as_flag), "'`match.cage` --cage' lacks --cage 0.1, or `x`.");
   EXPECT_EQ(message.text(option_as_keyword), "'`match.cage` --cage' lacks cage=0.1, or `x`.");
-  EXPECT_FALSE(Message("`match.cage`").names_options());
+  EXPECT_FALSE(Message("`match.cage`").has_options());
 }
 
 TEST(Messages, AreListsOfPieces) {

@@ -179,7 +179,7 @@ TEST(OcclusionFalloffs, ObeyTheErrorAskedFor) {
     options.occlusion.max_error = 0.01;
     const BakeResult baked = bake(source, low, options);
     ASSERT_EQ(baked.report.errors.size(), 1U);
-    EXPECT_EQ(baked.report.errors[0].against, "4096 rays from the same points");
+    EXPECT_EQ(baked.report.errors[0].reference, "4096 rays from the same points");
     EXPECT_LT(baked.report.errors[0].rms, 255 * 0.01);
     options.occlusion.max_error = 0;
     options.occlusion.rays = 1024;

@@ -113,7 +113,7 @@ TEST(MapRows, NamesAreOfOneMapEach) {
       names.insert(all.substr(begin, end - begin));
       ++count;
     }
-    EXPECT_FALSE(row.info.holds.empty()) << row.info.kind.name;
+    EXPECT_FALSE(row.info.description.empty()) << row.info.kind.name;
     EXPECT_TRUE(row.make != nullptr) << row.info.kind.name;
     EXPECT_GE(row.info.channels, 1U);
     EXPECT_LE(row.info.channels, 4U);

@@ -33,7 +33,7 @@ TEST(CompareImages, KnownAngles) {
   const Image b =
       normals({{0, 0, 1}, {0, 1, 0}, {0, 0, -1}, {0.5F, 0.5F, 0}, {0, 0, 0}, {1, 0, 0}});
   const ImageDifference difference = compare_images(a, b);
-  EXPECT_EQ(difference.compared, 6u);
+  EXPECT_EQ(difference.compared_texels, 6u);
   EXPECT_NEAR(difference.mean_angle_degrees, (0 + 90 + 180 + 45 + 0 + 180) / 6.0, 1e-12);
   EXPECT_EQ(difference.max_angle_degrees, 180.0);
   EXPECT_EQ(difference.worst_x, 2u);  // the first of equals
@@ -56,7 +56,7 @@ TEST(CompareImages, AnImageEqualsItself) {
     image.pixels[5] = std::numeric_limits<float>::quiet_NaN();
     image.pixels[17] = std::numeric_limits<float>::infinity();
     const ImageDifference difference = compare_images(image, image);
-    EXPECT_EQ(difference.compared, 130u * 77);
+    EXPECT_EQ(difference.compared_texels, 130u * 77);
     EXPECT_EQ(difference.max_angle_degrees, 0.0);
     EXPECT_EQ(difference.p95_angle_degrees, 0.0);
     EXPECT_EQ(difference.max_error, 0.0);
@@ -100,11 +100,11 @@ TEST(CompareImages, TheMaskLeavesTexelsOut) {
   mask.at(150, 140)[0] = 0.0F;
   EXPECT_EQ(compare_images(a, b).max_error, 1.0);
   const ImageDifference difference = compare_images(a, b, &mask);
-  EXPECT_EQ(difference.compared, 200u * 150 - 1);
+  EXPECT_EQ(difference.compared_texels, 200u * 150 - 1);
   EXPECT_EQ(difference.max_error, 0.0);
   std::fill(mask.pixels.begin(), mask.pixels.end(), 0.0F);
   const ImageDifference nothing = compare_images(a, b, &mask);
-  EXPECT_EQ(nothing.compared, 0u);
+  EXPECT_EQ(nothing.compared_texels, 0u);
   EXPECT_EQ(nothing.max_angle_degrees, 0.0);
 }
 
@@ -135,7 +135,7 @@ RC_GTEST_PROP(CompareImages, PercentilesAreOfNearestRank, ()) {
     sum += angles.back();
   }
   const ImageDifference difference = compare_images(a, b, &mask);
-  RC_ASSERT(difference.compared == angles.size());
+  RC_ASSERT(difference.compared_texels == angles.size());
   if (angles.empty()) return;
   std::sort(angles.begin(), angles.end());
   const auto rank = [&](double share) {

@@ -43,9 +43,9 @@ TEST(ReportKeys, HoldTheMembersOfTheirNames) {
   EdgeReport edges;
   edges.edges = 7;
   edges.found = 6;
-  edges.least = 1;
-  edges.median = 2;
-  edges.most = 3;
+  edges.min_width = 1;
+  edges.median_width = 2;
+  edges.max_width = 3;
   const json width = parsed(describe(edges));
   EXPECT_EQ(width["edges"], 7);
   EXPECT_EQ(width["found"], 6);

@@ -101,8 +101,8 @@ TEST(Cage, ReachesIn) {
   EXPECT_EQ(report.missed, 0U);
   ASSERT_TRUE(report.cage_mesh.has_value());
   EXPECT_EQ(report.cage_mesh->kind, CageKind::shells);
-  EXPECT_GT(report.cage_mesh->inward_least, 0.04);
-  EXPECT_LT(report.cage_mesh->inward_most, 0.3);
+  EXPECT_GT(report.cage_mesh->min_inward, 0.04);
+  EXPECT_LT(report.cage_mesh->max_inward, 0.3);
 }
 
 /// Two walls that face each other, and a bar that begins close over one and ends behind the other: the part that it
@@ -271,8 +271,8 @@ TEST(Cage, MayBeAnyClosedHull) {
   ASSERT_TRUE(result.report.cage_mesh.has_value());
   EXPECT_EQ(result.report.cage_mesh->kind, CageKind::hull);
   // Along averaged directions: from a corner, and from the middle of a side.
-  EXPECT_NEAR(result.report.cage_mesh->outward_least, 1.1 - std::sqrt(0.75), 0.04);
-  EXPECT_NEAR(result.report.cage_mesh->outward_most, 0.6, 0.04);
+  EXPECT_NEAR(result.report.cage_mesh->min_outward, 1.1 - std::sqrt(0.75), 0.04);
+  EXPECT_NEAR(result.report.cage_mesh->max_outward, 0.6, 0.04);
 
   for (const double radius : {0.6, 0.8}) {  // inside of the cube, and through it
     const Mesh small = test::icosphere(2, radius);

@@ -206,16 +206,16 @@ TEST(Direction, FindsTheWidthOfBevels) {
     const EdgeReport edges = edges_of(rounded_cube(radius), low);
     EXPECT_EQ(edges.edges, 12U);
     EXPECT_EQ(edges.found, 12U);
-    EXPECT_GT(edges.least, 0.4 * 0.8 * radius);
-    EXPECT_LT(edges.most, 0.4 * 1.1 * radius);
+    EXPECT_GT(edges.min_width, 0.4 * 0.8 * radius);
+    EXPECT_LT(edges.max_width, 0.4 * 1.1 * radius);
   }
   // A sharp edge has none, and where both faces lie farther out, rays turn over twice as much.
   const EdgeReport sharp = edges_of(test::cube(2), low);
   EXPECT_EQ(sharp.found, 12U);
-  EXPECT_NEAR(sharp.most, 0.0005 * std::sqrt(12), 1e-6);
+  EXPECT_NEAR(sharp.max_width, 0.0005 * std::sqrt(12), 1e-6);
   const EdgeReport farther = edges_of(rounded_cube(0.001, 0.04), low);
-  EXPECT_NEAR(farther.least, 0.08, 1e-3);
-  EXPECT_NEAR(farther.most, 0.08, 1e-3);
+  EXPECT_NEAR(farther.min_width, 0.08, 1e-3);
+  EXPECT_NEAR(farther.max_width, 0.08, 1e-3);
 }
 
 /// Red turns rays to the mesh's own normals, black to averaged ones.
@@ -282,7 +282,7 @@ TEST(Direction, SessionsFollowBevels) {
   const BakeResult& wanted = fresh.bake();
   EXPECT_EQ(moved.maps[0].image.pixels, wanted.maps[0].image.pixels);
   EXPECT_NE(moved.maps[0].image.pixels, first);
-  EXPECT_EQ(moved.report.edges.most, wanted.report.edges.most);
+  EXPECT_EQ(moved.report.edges.max_width, wanted.report.edges.max_width);
 }
 
 TEST(Direction, RefusesAWidthOfNothing) {

@@ -68,7 +68,7 @@ TEST(Assess, APlaneOverAPlaneHasTheDistancesOfGeometry) {
   EXPECT_NEAR(a.match_distance.max, 0.25, 1e-6);
   EXPECT_NEAR(a.match_distance.area, 1, 1e-6);
   // The integral of h sin(t) cos(t) over the hemisphere over that of cos(t): 2/3 h.
-  EXPECT_NEAR(a.image_space_by_place.mean, 0.25 * 2 / 3, 2e-3);
+  EXPECT_NEAR(a.image_space_over_area.mean, 0.25 * 2 / 3, 2e-3);
   EXPECT_NEAR(a.image_space.mean, 0.25 * 2 / 3, 2e-3);
   EXPECT_EQ(a.never_visible, 0);
   EXPECT_NEAR(a.mean_stretch, 0, 1e-4);
@@ -85,7 +85,7 @@ TEST(Assess, APerfectMatchHasNoDistance) {
   KILN_REQUIRE_DEVICE();
   const MatchAssessment a = assess_plane(0, point, 64);
   EXPECT_NEAR(a.match_distance.max, 0, 1e-6);
-  EXPECT_NEAR(a.image_space_by_place.max, 0, 1e-6);
+  EXPECT_NEAR(a.image_space_over_area.max, 0, 1e-6);
 }
 
 TEST(Assess, DistancesAlongAPictureDoNotCountInIt) {
@@ -103,7 +103,7 @@ TEST(Assess, DistancesAlongAPictureDoNotCountInIt) {
   }
   const MatchAssessment a = assess_plane(0, [](double x, double y) { return point(x + 0.25, y); });
   EXPECT_NEAR(a.match_distance.mean, 0.25, 1e-6);
-  EXPECT_NEAR(a.image_space_by_place.mean, 0.25 * sum / weights, 1e-3);
+  EXPECT_NEAR(a.image_space_over_area.mean, 0.25 * sum / weights, 1e-3);
 }
 
 TEST(Assess, FoldsAndStretchAreFound) {
@@ -186,9 +186,9 @@ TEST(Assess, WhatIsHiddenDoesNotCount) {
   EXPECT_NEAR(a.never_visible, 1, 0.02);
   EXPECT_GT(a.match_distance.mean, 0);
   // What no direction sees has no place in a picture: of the rest alone there are distances.
-  EXPECT_NEAR(a.image_space_by_place.area, (1 - a.never_visible) * a.match_distance.area, 1e-6);
-  EXPECT_TRUE(std::isfinite(a.image_space_by_place.mean));
-  EXPECT_TRUE(std::isfinite(a.image_space_by_place.max));
+  EXPECT_NEAR(a.image_space_over_area.area, (1 - a.never_visible) * a.match_distance.area, 1e-6);
+  EXPECT_TRUE(std::isfinite(a.image_space_over_area.mean));
+  EXPECT_TRUE(std::isfinite(a.image_space_over_area.max));
   EXPECT_TRUE(std::isfinite(a.image_space.mean));
   std::size_t seen = 0;
   for (const float value : a.fields.image_space.pixels) {
@@ -345,7 +345,7 @@ TEST(Assess, AgreesWithBruteForceWhereThingsHideEachOther) {
   }
   EXPECT_EQ(compared, a.samples);
   EXPECT_NEAR(a.image_space.mean, plain / plain_weight, 1e-4 * plain / plain_weight);
-  EXPECT_NEAR(a.image_space_by_place.mean, normalised / area, 1e-4 * normalised / area);
+  EXPECT_NEAR(a.image_space_over_area.mean, normalised / area, 1e-4 * normalised / area);
 }
 
 TEST(Assess, RefusesWhatDoesNotFit) {

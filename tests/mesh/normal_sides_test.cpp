@@ -129,7 +129,7 @@ TEST(NormalSides, OrdinaryMeshesStayToTheBit) {
   for (const Mesh& right : {bean(), box(), sheet(), room, test::torus(40, 20), test::plane(3, 3)}) {
     Mesh mesh = right;
     const AgreedNormals found = agree_normals(mesh, Trusted::faces);
-    EXPECT_EQ(found.normals + found.faces + found.strange, 0U);
+    EXPECT_EQ(found.normals + found.faces + found.unexplained, 0U);
     EXPECT_EQ(mesh.triangles, right.triangles);
     EXPECT_EQ(mesh.normal_triangles, right.normal_triangles);
     EXPECT_EQ(mesh.normals, right.normals);

@@ -342,7 +342,7 @@ TEST(SmallCharts, OfRivetsAndSlatsAreBaked) {
       EXPECT_EQ(baked.report.missed, 0U) << name;
       // With 3 x 3 samples a slat of 0.8 texels covers some.
       EXPECT_EQ(baked.report.small_triangles > 0, samples == 1 || name == "rivets") << name;
-      EXPECT_EQ(baked.report.small_without_texel, 0U) << name;
+      EXPECT_EQ(baked.report.small_triangles_without_texel, 0U) << name;
       const Image& mask = baked.map(MapKind::mask).image;
       std::set<std::uint32_t> near;
       for (std::uint32_t y = 0; y < 64; ++y) {

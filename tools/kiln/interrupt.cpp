@@ -8,7 +8,7 @@ namespace kiln::cli {
 namespace {
 
 void on_deadline() {
-  if (placing_outputs()) return;  // the outputs will be complete in a moment
+  if (is_committing_outputs()) return;  // the outputs will be complete in a moment
   remove_temporary_files();
   os::write_error("\nCancelled.\n");
   os::end_process(kExitCancelled);

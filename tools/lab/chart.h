@@ -64,7 +64,7 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure);
 
 /// A match with its options, as one setting of a chart.
 struct ChartSetting {
-  std::string name, label, family;  ///< As in Mark
+  std::string name, label, family;  ///< Name, label and family as in Mark
   BakeOptions bake;  ///< Match and number of samples; size, distance and maps come from the chart
   bool find_cage = false;  ///< Uses --cage auto; finding the cage is timed as a part of the match
 };
@@ -85,7 +85,7 @@ constexpr const char* kChartReference = "ray_4x4";
 std::vector<std::string> volume_setting_names();
 /// A setting of ambient occlusion.
 struct AoSetting {
-  std::string name, label, family;  ///< As in Mark
+  std::string name, label, family;  ///< Name, label and family as in Mark
   std::string flags;                ///< Flags of `kiln bake` that make the setting
 };
 std::vector<std::string> ao_setting_names();
@@ -101,7 +101,8 @@ struct ChartArguments : LabArguments {
   bool ao = false;           ///< True to add a chart of ambient occlusion
   /// Error bound for the choice among settings of ambient occlusion, a share of 1
   std::optional<double> ao_error;
-  std::optional<double> ao_budget;  ///< Time limit in seconds for the same choice
+  /// Time limit in seconds for the choice among settings of ambient occlusion
+  std::optional<double> ao_budget;
   bool plan = false;  ///< If true, plans are charted, by bytes and error; no low polys are given
   std::vector<std::string> max_errors;  ///< Error bounds of plans in degrees
   std::string screen;                   ///< Value of --screen for plans; empty: none

@@ -11,9 +11,9 @@
 namespace kiln::cli {
 namespace {
 
-/// With --ao-error, a bake first casts this fraction of its rays, and casts more only if the error bound requires it,
-/// which a bound of 1 never does.
-constexpr std::uint32_t kSmoothedShare = 4;
+/// With --ao-error, a bake first casts --ao-rays divided by this number, and casts more only if the error bound
+/// requires it. A bound of 1 never does.
+constexpr std::uint32_t kRaysPerFirstRay = 4;
 
 const Measure& ao_measure() {
   static const Measure measure = {
@@ -35,7 +35,7 @@ std::vector<AoSetting> all_settings() {
   }
   for (std::uint32_t rays = 8; rays <= 1024; rays *= 2) {
     add("ao_smooth", "smoothed", rays,
-        "--ao-rays " + std::to_string(kSmoothedShare * rays) + " --ao-error 1");
+        "--ao-rays " + std::to_string(kRaysPerFirstRay * rays) + " --ao-error 1");
   }
   for (std::uint32_t views = 64; views <= 512; views *= 2) {
     add("ao_views", "views", views, "--ao-by views --ao-views " + std::to_string(views));
@@ -52,14 +52,14 @@ template <class Bounded, class Wanted>
 void add_best_within_limit(const char* key, double limit, const std::string& unit,
                            const Bounded& bounded, const Wanted& wanted,
                            const std::vector<Mark>& marks, ChartGroup& group) {
-  const auto worse = [&](const Mark& a, const Mark& b) {
-    const bool a_within = bounded(a) <= limit, b_within = bounded(b) <= limit;
-    if (a_within != b_within) return b_within;
-    return a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
+  const auto is_worse = [&](const Mark& a, const Mark& b) {
+    const bool is_a_within = bounded(a) <= limit, is_b_within = bounded(b) <= limit;
+    if (is_a_within != is_b_within) return is_b_within;
+    return is_a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
   };
   const Mark* best = &marks.front();
   for (const Mark& mark : marks) {
-    if (worse(*best, mark)) best = &mark;
+    if (is_worse(*best, mark)) best = &mark;
   }
   const bool reached = bounded(*best) <= limit;
   const std::string& flags = best->figures.at("flags").text();
@@ -90,7 +90,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
             const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
   BakeOptions bake_with;
-  // All settings are for this map.
+  // The map that all settings bake.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
@@ -117,7 +117,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
     marks.back().figures =
         fields("name label family flags rms mean p95 max texels against",
                {setting.name, setting.label, setting.family, setting.flags, e.rms / 255,
-                e.mean / 255, e.p95 / 255, e.max / 255, e.texels, e.against});
+                e.mean / 255, e.p95 / 255, e.max / 255, e.texels, e.reference});
     steps.done += 2;
   }
   bake_with.report.errors = false;

@@ -37,10 +37,10 @@ constexpr std::uint32_t kAssessedSize = 256;
 /// matched.
 std::vector<Measure> measures(double degrees_without_map = 0) {
   return {{"object_space", "object_space_percent",
-           "Object space: from what the map shows to what the high poly shows",
+           "Object space: distance from the point that the map shows to that of the high poly",
            "Mean, % of the diagonal"},
           {"normalised_image_space", "normalised_image_space",
-           "Normalised image space: distance match to ray, over distance match to sample",
+           "Normalised image space: distance from match to ray / distance from match to sample",
            "Mean, 0 to 1"},
           {"uniformity", "uniformity_percent",
            "Uniformity: deviation of the distance between matches from that between their texels",
@@ -290,15 +290,16 @@ class MatchChart : public ChartKind {
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       const MatchOptions& match = settings_[i].bake.match;
       const bool is_reference = marks_[i].name == kChartReference;
-      const BakeResult* early = nullptr;
+      const BakeResult* kept_bake = nullptr;
       if (is_reference || match.views.automatic) {
-        early = first_bake(i);
-        if (early == nullptr) return false;
+        kept_bake = first_bake(i);
+        if (kept_bake == nullptr) return false;
       }
-      if (is_reference) check_result((reference = early)->report, high_.mesh, *low_);
+      if (is_reference) check_result((reference = kept_bake)->report, high_.mesh, *low_);
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
-      const std::vector<Vec3> directions =
-          early != nullptr ? early->report.views->directions : spread_views(*match.views.count);
+      const std::vector<Vec3> directions = kept_bake != nullptr
+                                               ? kept_bake->report.views->directions
+                                               : spread_views(*match.views.count);
       used_views.insert(used_views.end(), directions.begin(), directions.end());
     }
     const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used_views, kMinHeldOutAngle);
@@ -315,7 +316,7 @@ class MatchChart : public ChartKind {
       const Image& map = result.maps[0].image;
       const Image mask = common_texels(*reference, result);
       const ImageDifference error = compare_images(reference->maps[0].image, map, &mask);
-      if (error.compared == 0) {
+      if (error.compared_texels == 0) {
         const std::string size = std::to_string(*a_.size);
         throw Error(ErrorCode::input, "'" + low_->name + "' has no texel at " + size + " x " +
                                           size + " for which rays find '" + high_.mesh.name +
@@ -351,7 +352,7 @@ class MatchChart : public ChartKind {
          bake.mean_abs_distance,
          fields("mean_angle_degrees p95_angle_degrees p99_angle_degrees max_angle_degrees texels",
                 {map.mean_angle_degrees, map.p95_angle_degrees, map.p99_angle_degrees,
-                 map.max_angle_degrees, map.compared}),
+                 map.max_angle_degrees, map.compared_texels}),
          describe(picture), percent(a.object_space.mean), percent(a.object_space.rms),
          percent(a.image_space.mean), a.normalised_image_space.mean, a.uniformity.mean_percent,
          percent(a.match_distance.mean), a.stretch.rms, a.folded, percent(a.largest_jump),

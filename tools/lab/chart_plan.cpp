@@ -103,17 +103,17 @@ class PlansChart : public ChartKind {
     reference_.emplace(Scene(device, high), high,
                        angles_of(held_out_views(kHeldOutPictures, held_out)), kPixels);
     if (screen_ != 0) on_screen_.emplace(*source_, screen_, kHeldOutPictures);
-    at_ = 0;
+    start_share_ = 0;
     for (const std::uint32_t count : faces) {
       if (!add_faces(count)) return std::nullopt;
-      at_ += kProgressAtPlans / static_cast<double>(faces.size());
+      start_share_ += kProgressAtPlans / static_cast<double>(faces.size());
     }
     mark_front();
     std::vector<double> errors = errors_.empty() ? errors_between() : errors_;
     std::sort(errors.rbegin(), errors.rend());
     for (const double error : errors) {
       if (!add_plan(error)) return std::nullopt;
-      at_ += (1 - kProgressAtPlans) / static_cast<double>(errors.size());
+      start_share_ += (1 - kProgressAtPlans) / static_cast<double>(errors.size());
     }
     return group_of(inputs[i]);
   }
@@ -139,7 +139,7 @@ class PlansChart : public ChartKind {
   /// Adds a face count with maps of all sizes to the grid. \returns false if cancelled
   bool add_faces(std::uint32_t faces) {
     const std::string stage = std::to_string(faces) + " faces";
-    if (!progress_(at_, stage)) return false;
+    if (!progress_(start_share_, stage)) return false;
     SimplifyOptions options;
     options.faces = faces;
     const Mesh simple = simplify(high_.mesh, options);
@@ -149,7 +149,7 @@ class PlansChart : public ChartKind {
     if (simple.triangles.empty() || is_repeated) return true;
     if (!add_point(simple, 0)) return false;
     for (std::uint32_t size = kSmallestMap; size <= *a_.size; size *= 2) {
-      if (!progress_(at_, stage) || !add_point(simple, size)) return false;
+      if (!progress_(start_share_, stage) || !add_point(simple, size)) return false;
     }
     return true;
   }
@@ -174,7 +174,9 @@ class PlansChart : public ChartKind {
       bake_with.width = bake_with.height = size;
       bake_with.report.recall = 0;
       bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMaxSamples);
-      bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
+      bake_with.progress = [&](double, std::string_view) {
+        return progress_(start_share_, "baking");
+      };
       const BakeResult result = bake(*source_, low, bake_with);
       if (result.cancelled) return false;
       vertices = split_vertices(low);
@@ -202,24 +204,25 @@ class PlansChart : public ChartKind {
   /// The points for which `wanted` is true, in order of increasing bytes.
   template <class Wanted>
   std::vector<Json> points_of(const Wanted& wanted) const {
-    std::vector<Json> some;
-    std::copy_if(points_.begin(), points_.end(), std::back_inserter(some), wanted);
-    std::stable_sort(some.begin(), some.end(), [](const Json& a, const Json& b) {
-      return std::tuple(bytes_of(a), degrees_of(a)) < std::tuple(bytes_of(b), degrees_of(b));
-    });
-    return some;
+    std::vector<Json> selected_points;
+    std::copy_if(points_.begin(), points_.end(), std::back_inserter(selected_points), wanted);
+    std::stable_sort(
+        selected_points.begin(), selected_points.end(), [](const Json& a, const Json& b) {
+          return std::tuple(bytes_of(a), degrees_of(a)) < std::tuple(bytes_of(b), degrees_of(b));
+        });
+    return selected_points;
   }
 
   /// The Pareto front: points for which no other point has both fewer bytes and a lower error.
   std::vector<Json> pareto_front() const {
     double min_bytes = 1e300;
-    std::vector<Json> some = points_of([](const Json&) { return true; });
-    std::erase_if(some, [&](const Json& point) {
+    std::vector<Json> selected_points = points_of([](const Json&) { return true; });
+    std::erase_if(selected_points, [&](const Json& point) {
       if (degrees_of(point) >= min_bytes) return true;
       min_bytes = degrees_of(point);
       return false;
     });
-    return some;
+    return selected_points;
   }
 
   void mark_front() {
@@ -253,10 +256,11 @@ class PlansChart : public ChartKind {
       if (degrees_of(points[i]) > degrees) continue;
       const double bytes = bytes_of(points[i]);
       if (i == 0) return bytes;
-      const double fewer = bytes_of(points[i - 1]), coarser_error = degrees_of(points[i - 1]);
+      const double smaller_bytes = bytes_of(points[i - 1]),
+                   coarser_error = degrees_of(points[i - 1]);
       const double share =
           std::log(coarser_error / degrees) / std::log(coarser_error / degrees_of(points[i]));
-      return fewer * std::pow(bytes / fewer, share);
+      return smaller_bytes * std::pow(bytes / smaller_bytes, share);
     }
     return {};
   }
@@ -268,7 +272,8 @@ class PlansChart : public ChartKind {
     options.bake.width = options.bake.height = *a_.size;
     options.bake.report.recall = 0;
     options.bake.progress = [&](double, std::string_view stage) {
-      return progress_(at_, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
+      return progress_(start_share_,
+                       "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
     };
     const Stopwatch watch;
     LowPolyPlan plan = plan_low_poly(*source_, high_.mesh, options);
@@ -300,9 +305,9 @@ class PlansChart : public ChartKind {
     };
     std::set<double> sizes;
     for (const Json& point : points_) sizes.insert(point.at("size").number());
-    double former_size = 0;
+    double size_index = 0;
     for (const double size : sizes) {
-      const double shade = former_size++ / static_cast<double>(sizes.size());
+      const double shade = size_index++ / static_cast<double>(sizes.size());
       add(map_text(size), {{"thin", shade}},
           points_of([&](const Json& p) { return p.at("size").number() == size; }));
     }
@@ -334,7 +339,7 @@ class PlansChart : public ChartKind {
     const Column measured = {"measured °", "mean_degrees", 3};
     group.tables = {{"", {}, points_, ".csv"},
                     {"Plans (map 0: no map). The last column divides a plan's bytes by those of "
-                     "the front at the same angle.",
+                     "the Pareto front at the same angle.",
                      {{"wanted °", "wanted_degrees", 3},
                       measured,
                       faces,
@@ -356,7 +361,7 @@ class PlansChart : public ChartKind {
   // the high poly that is being measured
   const Device* device_ = nullptr;
   Progress progress_;
-  double at_ = 0;  ///< share of the progress at which this high poly starts
+  double start_share_ = 0;  ///< share of the progress at which this high poly starts
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
   /// reference pictures with --screen, used instead of the others

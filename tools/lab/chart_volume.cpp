@@ -18,11 +18,12 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kLargest = 8192;
+constexpr std::uint32_t kMaxMapSize = 8192;
 
 /// A method of making the map of a volume's surface.
 struct VolumeMapMethod {
-  std::string name, label, family;  ///< As in Mark; the name excludes the map size
+  /// Name, label and family as in Mark; the name excludes the map size
+  std::string name, label, family;
   /// Flags of `kiln bake` for a bake from the full contour; nullopt: no bake
   std::optional<std::string> flags;
   bool at_all_sizes;  ///< True if the method is also charted at half and at twice the size
@@ -59,7 +60,7 @@ struct SizeData {
   ExtractResult low_poly;
   std::optional<GradientReference> along_normals, along_faces;
   std::optional<ExtractReport> timed;  ///< Report of the extraction in the current run
-  double seconds = 0;                  ///< Seconds of that extraction
+  double seconds = 0;                  ///< Seconds of the extraction in `timed`
 };
 
 double contour_seconds(const ContourReport& r) {
@@ -127,7 +128,7 @@ class VolumesChart : public ChartKind {
     group.report = fields("volume full_contour_triangles",
                           {describe(volume_, inputs[i]), high_.triangles.size()});
     if (!measure_errors_of_marks(group.report)) return std::nullopt;
-    const auto run = [&](std::size_t k, const std::string& note) { return time(k, note); };
+    const auto run = [&](std::size_t k, const std::string& note) { return time_mark(k, note); };
     if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
     group.report.update(finish_marks(marks_, "total", measures()));
     group.title = volume_.name + ", full contour of " +
@@ -195,14 +196,15 @@ class VolumesChart : public ChartKind {
     const bool is_selected = std::any_of(
         methods_.begin(), methods_.end(),
         [&](const VolumeMapMethod& method) { return method.at_all_sizes || size == *a_.size; });
-    if (!is_selected || size < 16 || size > kLargest) return true;
+    if (!is_selected || size < 16 || size > kMaxMapSize) return true;
     if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
     try {
       sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
     } catch (const Error& error) {
       // A smaller map may have too few texels to hold all charts.
-      const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
-      if (size >= *a_.size || !no_room) throw;
+      const bool is_map_too_small =
+          error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
+      if (size >= *a_.size || !is_map_too_small) throw;
       warnings.push_back({"size-skipped", error.what(), 1});
     }
     return true;
@@ -308,7 +310,7 @@ class VolumesChart : public ChartKind {
   /// Times a mark, from the volume in memory to low poly and map: the full contour; simplification, and UVs if there is
   /// a map; upload of the high poly; splatting, or the rest of the bake. A stage that several marks share is timed once
   /// per run, and its time is added to each of them. \returns null if cancelled
-  Json time(std::size_t i, const std::string& note) {
+  Json time_mark(std::size_t i, const std::string& note) {
     const auto& [method, size_data] = tasks_[i];
     const std::uint32_t size = size_data->size;
     if (!steps_.at("timing " + marks_[i].label + note)) return {};

@@ -63,7 +63,7 @@ std::vector<OptionRow> chart_rows() {
       {"--screen", "", text(KILN_MEMBER(Arguments, screen)),
        "With --plan: the largest size at which the mesh will be seen, such as 600px; plans and the "
        "grid are measured at that size, by mean normals of pixels"},
-      {"--settings", "", some_of(KILN_MEMBER(Arguments, settings), settings, ','),
+      {"--settings", "", list_option(KILN_MEMBER(Arguments, settings), settings, ','),
        "Some of the settings, by their names in chart.csv, separated by commas; for meshes the "
        "reference, " +
            std::string(kChartReference) +
@@ -107,10 +107,10 @@ void check_alike(const Arguments& a, bool volumes) {
 void check_volumes(const Arguments& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
   refuse_if(!a.surface.iso, volume + " is a volume: give the value of its surface by --iso VALUE.");
-  refuse(a,
-         {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--high-normals",
-          "--height", "--extent", "--ao", "--ao-error", "--ao-budget", "--directions"},
-         "meshes and height fields, but " + volume + " is a volume.");
+  refuse_flags(a,
+               {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--high-normals",
+                "--height", "--extent", "--ao", "--ao-error", "--ao-budget", "--directions"},
+               "meshes and height fields, but " + volume + " is a volume.");
   cli::check(a.surface);
   check_settings(a, volume_setting_names(), "volumes");
 }
@@ -118,10 +118,10 @@ void check_volumes(const Arguments& a) {
 /// Checks the files of the arguments. \param high, low  files of meshes
 void check_files(const Arguments& a, const std::vector<std::string>& high,
                  const std::vector<std::string>& low) {
-  refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is not a volume.");
+  refuse_flags(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is not a volume.");
   if (std::none_of(high.begin(), high.end(), is_height_field)) {
-    refuse(a, {"--height", "--extent", "--no-data"},
-           "height fields (PNG, EXR or TIFF), but no HIGH is one.");
+    refuse_flags(a, {"--height", "--extent", "--no-data"},
+                 "height fields (PNG, EXR or TIFF), but no HIGH is one.");
   }
   check_mesh_frame(a.frame, high, low, {});
 }
@@ -132,8 +132,8 @@ void check_meshes(const Arguments& a) {
   check_files(a, sides[0], sides[1]);
   check_settings(a, mesh_setting_names(), "meshes");
   if (ao_settings(a).empty()) {
-    refuse(a, {"--ao-error", "--ao-budget"},
-           "choosing a setting of ambient occlusion, but none is charted: add --ao.");
+    refuse_flags(a, {"--ao-error", "--ao-budget"},
+                 "choosing a setting of ambient occlusion, but none is charted: add --ao.");
   }
   refuse_if(a.ao_error == 0, "--ao-error is 0, but must be above 0, such as 2/255.");
   if (a.meshes.size() % 2 != 0) {
@@ -143,10 +143,10 @@ void check_meshes(const Arguments& a) {
 }
 
 void check_plan(const Arguments& a) {
-  refuse(a,
-         {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
-          "--directions", "--pixels"},
-         "charts of matches, but --plan charts bytes: leave it out.");
+  refuse_flags(a,
+               {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
+                "--directions", "--pixels"},
+               "charts of matches, but --plan charts bytes: leave it out.");
   if (is_volume(a, a.meshes.front())) {
     fail_usage("'" + a.meshes.front() +
                "' is a volume, but --plan takes only high polys: give meshes.");
@@ -174,7 +174,7 @@ int run(const Arguments& a, const Json& options) {
   const bool volumes = is_volume(a, a.meshes.front());
   check_no_settings(a);
   check_alike(a, volumes);
-  if (!a.plan) refuse(a, {"--screen", "--max-error"}, "charts of plans: add --plan.");
+  if (!a.plan) refuse_flags(a, {"--screen", "--max-error"}, "charts of plans: add --plan.");
   (a.plan ? check_plan : volumes ? check_volumes : check_meshes)(a);
   const std::unique_ptr<ChartKind> kind = (a.plan    ? chart_of_plans
                                            : volumes ? chart_of_volumes

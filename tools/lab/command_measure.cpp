@@ -85,7 +85,7 @@ Run add_measure(Command& app) {
        .help = "Folder for measure.png and the measures as textures (EXR); with --study for "
                "study_<what>.csv, .png and _plot.json"},
       {.flag = "--visibility-at",
-       .value = some_of(KILN_MEMBER(Job, visibility_at), names_of(Words(kVisibilityAtWords))),
+       .value = list_option(KILN_MEMBER(Job, visibility_at), names_of(Words(kVisibilityAtWords))),
        .help = "Rate visibility and hybrid with directions gathered per texel, vertex or face; may "
                "be repeated (default: texel)"},
       {.flag = "--study",

@@ -51,7 +51,7 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   std::erase_if(methods, [&](const std::string& name) {
     std::optional<OmittedSetting> unsuitable =
         explain_unsuitable(find_match(name).method, "--match " + name, source, high, low,
-                           uv_options(dense), a.gave("--match"));
+                           uv_options(dense), a.was_given("--match"));
     if (unsuitable) left_out.push_back({name, unsuitable->reason});
     return unsuitable.has_value();
   });
@@ -61,11 +61,11 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   const TexelViews texel_views(device, low);
   RenderOptions flat = view;
   flat.flat = true;
-  const std::uint64_t to_come =
+  const std::uint64_t remaining_bytes =
       further_bytes(original.geometry(view), methods.size(), std::uint64_t{*a.size} * *a.size,
                     high.triangles.size());
   std::vector<Panel> panels = {
-      {draw_with_room(original, view, to_come),
+      {draw_with_room(original, view, remaining_bytes),
        {"high poly", plural(high.triangles.size(), "face"), ""}},
       {unmapped_low.draw(flat), {"low poly", plural(low.triangles.size(), "face"), ""}}};
   const std::vector<ViewAngles> held_out = usual_held_out_angles();
@@ -129,7 +129,7 @@ int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
   HighPolyInput dense = load_high(a.high, a.heights, run.warnings, load_options(a, MeshSide::high));
   shade(a.frame.shading, dense, run.warnings);
   const Mesh low = load_low(a.low, "", run.warnings, load_options(a, MeshSide::low));
-  run.lap("load");
+  run.record_stage("load");
   Json options = values_json(rows, &a);
   if (!is_height_field(a.high)) options["height"] = {};
   options.update(describe_view(view));
@@ -138,7 +138,7 @@ int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
              {describe(device.info()),
               fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}), options}));
   if (!make_gallery(device, dense, low, a, view, run)) return kExitCancelled;
-  run.lap("draw");
+  run.record_stage("draw");
   return run.end();
 }
 

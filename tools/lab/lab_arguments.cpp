@@ -13,7 +13,7 @@ using Arguments = LabArguments;
 
 std::vector<OptionRow> all_rows() {
   std::vector<OptionRow> rows = {
-      {"--match", "", some_of(KILN_MEMBER(Arguments, matches), match_names()),
+      {"--match", "", list_option(KILN_MEMBER(Arguments, matches), match_names()),
        "A match, as in kiln bake; may be repeated (default: all that suit the meshes)"},
       {"--size", "", whole(KILN_MEMBER(Arguments, size), 16, 8192), "Texels a side"},
       {"--max-distance", "", text(KILN_MEMBER(Arguments, max_distance), "D|P%"),

@@ -27,7 +27,7 @@ struct LabArguments {
   std::set<std::string> given;  ///< Flags that were given, such as "--size"
   bool quiet = false;
 
-  bool gave(std::string_view flag) const { return given.contains(std::string(flag)); }
+  bool was_given(std::string_view flag) const { return given.contains(std::string(flag)); }
   Length search_distance() const;
 };
 
@@ -42,8 +42,8 @@ Json describe_view(const RenderOptions& view);
 /// Makes an option that is a list of choices. \param delimiter  separator of the choices; 0: the flag is repeated for
 /// each
 template <typename Job>
-OptionValue some_of(Member<Job, std::vector<std::string>> member,
-                    const std::vector<std::string>& words, char delimiter = 0) {
+OptionValue list_option(Member<Job, std::vector<std::string>> member,
+                        const std::vector<std::string>& words, char delimiter = 0) {
   OptionValue value = texts(member, delimiter);
   value.words = one_of(words).words();
   value.choices = words;

@@ -47,7 +47,7 @@ struct LabRun {
   /// Returns a progress callback for work between two shares of the run. The run must outlive it.
   Progress within(double from, double to);
   /// Ends a stage and adds its seconds to the report.
-  void lap(const char* stage) { seconds[stage] = watch.lap(); }
+  void record_stage(const char* stage) { seconds[stage] = watch.lap(); }
   /// Saves the report, and prints warnings, lines and files. \returns the exit code
   int end();
 

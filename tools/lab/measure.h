@@ -13,7 +13,8 @@ namespace kiln::cli {
 
 struct MeasureArguments : LabArguments {
   std::string study;
-  Job bake;                              // flags of matching and of maps, except those listed below
+  // job of the flags of matching and of maps; other flags have members below
+  Job bake;
   std::set<std::string> matching_flags;  // names of the flags of matching
   std::vector<std::string> visibility_at;
   std::optional<std::uint32_t> views, view_size, faces;

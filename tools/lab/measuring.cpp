@@ -50,9 +50,10 @@ Image make_uv_map() {
 
 }  // namespace
 
-void refuse(const LabArguments& a, const std::set<std::string>& flags, const std::string& why) {
+void refuse_flags(const LabArguments& a, const std::set<std::string>& flags,
+                  const std::string& why) {
   for (const std::string& flag : flags) {
-    refuse_if(a.gave(flag), flag + " is for " + why);
+    refuse_if(a.was_given(flag), flag + " is for " + why);
   }
 }
 
@@ -83,9 +84,9 @@ void check_meshes_are_visible(const NormalError& error, const Mesh& high, const 
 Json describe_left_out(const std::vector<OmittedSetting>& left_out, const char* key,
                        std::vector<std::string>* lines) {
   Json json = Json::array();
-  for (const OmittedSetting& left : left_out) {
-    json.push_back({{key, left.name}, {"reason", left.reason}});
-    if (lines != nullptr) lines->push_back("left out: " + left.name + ": " + left.reason);
+  for (const OmittedSetting& omitted : left_out) {
+    json.push_back({{key, omitted.name}, {"reason", omitted.reason}});
+    if (lines != nullptr) lines->push_back("left out: " + omitted.name + ": " + omitted.reason);
   }
   return json;
 }

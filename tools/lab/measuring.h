@@ -20,8 +20,8 @@ constexpr double kMinHeldOutAngle = 2;
 
 /// Throws an error if one of the flags was given: they have no effect with these arguments. The message is "FLAG is for
 /// WHY". \throws Error(usage)
-void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
-            const std::string& why);
+void refuse_flags(const LabArguments& arguments, const std::set<std::string>& flags,
+                  const std::string& why);
 
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
 /// Returns kHeldOutViews view directions, none of which is near one of the 12 default views of a bake.

@@ -58,12 +58,12 @@ constexpr std::array<const char*, 4> kShownMeasures = {
 /// \param texels  texel of each pixel; see TexelViews
 Image draw_field(const Image& field, const std::vector<std::size_t>& texels, const Image& picture,
                  double scale) {
-  constexpr std::int64_t kReach = 3;
+  constexpr std::int64_t kMaxSearchPixels = 3;
   const auto width = static_cast<std::int64_t>(field.width);
   const auto height = static_cast<std::int64_t>(field.height);
   const auto value_at = [&](std::size_t texel) {
     const auto texel_index = static_cast<std::int64_t>(texel);
-    for (std::int64_t reach = 0; reach <= kReach; ++reach) {
+    for (std::int64_t reach = 0; reach <= kMaxSearchPixels; ++reach) {
       for (std::int64_t y = texel_index / width - reach; y <= texel_index / width + reach; ++y) {
         for (std::int64_t x = texel_index % width - reach; x <= texel_index % width + reach; ++x) {
           if (x < 0 || y < 0 || x >= width || y >= height) continue;
@@ -83,13 +83,13 @@ Image draw_field(const Image& field, const std::vector<std::size_t>& texels, con
 
 /// Pixels per side of a picture in which the mesh covers a fixed area, so that thin meshes get larger pictures.
 std::uint32_t picture_size(const Scene& scene, RenderOptions view) {
-  constexpr double kSide = 330, kLongest = 950;  // lengths in pixels
+  constexpr double kPictureSide = 330, kMaxPictureSide = 950;  // lengths in pixels
   view.size = 256;
   view.samples = 1;
   const Image probe_picture = scene.draw(view);
   const double width = probe_picture.width / 256.0, height = probe_picture.height / 256.0;
-  return static_cast<std::uint32_t>(
-      std::min(kSide / std::sqrt(width * height), kLongest / std::max(width, height)));
+  return static_cast<std::uint32_t>(std::min(kPictureSide / std::sqrt(width * height),
+                                             kMaxPictureSide / std::max(width, height)));
 }
 
 std::vector<Image> draw_pictures(const Scene& original, const Scene& scene,
@@ -106,7 +106,7 @@ std::vector<Image> draw_pictures(const Scene& original, const Scene& scene,
 }
 
 /// The job of the bake with one match.
-Job baking(const MeasureArguments& a, const std::string& method) {
+Job bake_job_of(const MeasureArguments& a, const std::string& method) {
   Job bake = a.bake;
   set_first_input(bake.high, a.high);
   set_first_input(bake.low.given, a.low);
@@ -133,19 +133,19 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
 /// \throws Error(usage), Error(input)
 std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inputs,
                                    const Source& source, std::vector<OmittedSetting>& left_out) {
-  const bool strict = a.gave("--match");
+  const bool is_match_given = a.was_given("--match");
   std::vector<Rating> rows;
   for (const std::string& method : a.matches) {
     try {
-      check_resolved_job(baking(a, method));
+      check_resolved_job(bake_job_of(a, method));
     } catch (const Error& error) {
-      if (strict || !a.bake.load_match.empty()) throw;
+      if (is_match_given || !a.bake.load_match.empty()) throw;
       left_out.push_back({method, error.what()});
       continue;
     }
-    if (const std::optional<OmittedSetting> left_out_match =
-            explain_unsuitable(find_match(method).method, "--match " + method, source,
-                               inputs.high.mesh, inputs.low, uv_options(inputs.high), strict)) {
+    if (const std::optional<OmittedSetting> left_out_match = explain_unsuitable(
+            find_match(method).method, "--match " + method, source, inputs.high.mesh, inputs.low,
+            uv_options(inputs.high), is_match_given)) {
       left_out.push_back({method, left_out_match->reason});
       continue;
     }
@@ -162,14 +162,14 @@ std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inpu
 
 /// Converts the arguments to bake options.
 BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const Rating& row) {
-  const Job job = baking(a, row.method);
+  const Job job = bake_job_of(a, row.method);
   BakeOptions bake_with = options_of(job);
   bake_with.width = bake_with.height = *a.size;
   bake_with.color = inputs.textures.color;
   bake_with.opacity = inputs.textures.opacity;
   bake_with.transfers = inputs.textures.transfers;
   const bool cage = job.cage_auto || job.bake.match.cage || !job.cage_mesh.empty();
-  if (!cage || a.gave("--max-distance")) bake_with.match.max_distance = a.search_distance();
+  if (!cage || a.was_given("--max-distance")) bake_with.match.max_distance = a.search_distance();
   bake_with.match.uv = uv_options(inputs.high, bake_with.match.uv);
   inputs.match.apply(bake_with);
   if (!row.visibility_at.empty())
@@ -221,7 +221,7 @@ Json json_of(const MatchAssessment& a) {
       "image_space_by_place never_visible stretch fold_rate largest_jump",
       {a.directions, json_of(a.object_space, a.diagonal), json_of(a.image_space, a.diagonal),
        fields("mean rms share_of_rays", {n.mean, n.rms, n.share}), uniform,
-       json_of(a.match_distance, a.diagonal), json_of(a.image_space_by_place, a.diagonal),
+       json_of(a.match_distance, a.diagonal), json_of(a.image_space_over_area, a.diagonal),
        a.never_visible,
        fields("mean_log2 deviation cells", {a.mean_stretch, json_of(a.stretch, 1), a.cells}),
        a.folded,
@@ -236,12 +236,12 @@ void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Js
   std::erase_if(errors, [&](const MapError& error) {
     return std::find(maps.begin(), maps.end(), error.kind.name) == maps.end();
   });
-  std::vector<std::string> without = maps;
-  std::erase_if(without, [&](const std::string& map) {
+  std::vector<std::string> maps_without_error = maps;
+  std::erase_if(maps_without_error, [&](const std::string& map) {
     return std::any_of(errors.begin(), errors.end(),
                        [&](const MapError& error) { return error.kind.name == map; });
   });
-  figures.update(fields("errors without_error", {describe(errors), without}));
+  figures.update(fields("errors without_error", {describe(errors), maps_without_error}));
   figures["seconds"]["errors"] = bake.seconds_errors;
 }
 
@@ -290,10 +290,10 @@ Image ratings_picture(const std::vector<Rating>& rows) {
     height += blocks.back().height;
   }
   Canvas canvas(width, height);
-  std::int64_t top = 0;
+  std::int64_t block_top = 0;
   for (const Image& block : blocks) {
-    canvas.put(block, (std::int64_t{width} - block.width) / 2, top);
-    top += block.height;
+    canvas.put(block, (std::int64_t{width} - block.width) / 2, block_top);
+    block_top += block.height;
   }
   return canvas.take();
 }
@@ -380,8 +380,8 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     if (baked.cancelled) return false;
     const BakeReport& report = baked.report;
     const bool has_no_match = report.samples != 0 && report.missed == report.samples;
-    const bool last_hope = rated.empty() && &row == &rows.back();
-    if (has_no_match && !a.gave("--match") && !last_hope) {
+    const bool is_last_candidate = rated.empty() && &row == &rows.back();
+    if (has_no_match && !a.was_given("--match") && !is_last_candidate) {
       left_out.push_back({row.name, explain_empty_result(report, high, low).text(option_as_flag)});
       steps.done += 1;
       continue;
@@ -430,10 +430,10 @@ void check_rating(const MeasureArguments& a) {
       a.low.empty(),
       "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
       "--study views, faces or size. Without other flags than --size, the UVs of HIGH are rated.");
-  refuse(a, {"--faces"}, "--study: leave it out.");
+  refuse_flags(a, {"--faces"}, "--study: leave it out.");
   if (!a.bake.load_match.empty()) {
-    refuse(a, {"--match"},
-           "matching, but --load-match loads a correspondence: leave one of them out.");
+    refuse_flags(a, {"--match"},
+                 "matching, but --load-match loads a correspondence: leave one of them out.");
   }
   if (!a.visibility_at.empty() &&
       std::none_of(a.matches.begin(), a.matches.end(), [](const std::string& name) {
@@ -444,7 +444,8 @@ void check_rating(const MeasureArguments& a) {
   }
   a.search_distance();
   if (a.out.empty()) {
-    refuse(a, {"--view", "--zoom", "--at", "--square", "--picture-size"}, "pictures: add --out.");
+    refuse_flags(a, {"--view", "--zoom", "--at", "--square", "--picture-size"},
+                 "pictures: add --out.");
   }
 }
 
@@ -471,7 +472,7 @@ int run_rating(MeasureArguments a) {
   check_rating(a);
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = a.picture_size.value_or(0);
-  const Job job = baking(a, default_match());
+  const Job job = bake_job_of(a, default_match());
   check_files(a, job);
   LabRun run(a);
 
@@ -490,12 +491,12 @@ int run_rating(MeasureArguments a) {
   inputs.match.find_cage(job, device, high, low, run.warnings);
   inputs.textures = options_of(job);
   if (!inputs.maps.empty()) load_textures(a.bake, high, inputs.textures, run.warnings);
-  run.lap("load");
+  run.record_stage("load");
   view.frame = &high;
   std::vector<Rating> rows;
   if (!rate(device, a, inputs, view, run, rows)) return kExitCancelled;
   if (loaded) rows[0].figures["name"] = rows[0].figures["method"] = rows[0].name = "loaded";
-  run.lap("rate");
+  run.record_stage("rate");
   if (!a.out.empty()) {
     if (!run.console.progress(0.95, "writing")) return kExitCancelled;
     run.outputs.push_back((fs::path(a.out) / "measure.png").string());

@@ -78,8 +78,10 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
                                       std::to_string(kStudyFaces[0]) + ".");
   }
   using Counts = std::vector<std::uint32_t>;
-  const Counts of_views = views ? Counts(kStudyViews.begin(), kStudyViews.end()) : Counts{*a.views};
-  const Counts of_size = sizes ? Counts(kStudySizes.begin(), kStudySizes.end()) : Counts{*a.size};
+  const Counts view_counts =
+      views ? Counts(kStudyViews.begin(), kStudyViews.end()) : Counts{*a.views};
+  const Counts size_counts =
+      sizes ? Counts(kStudySizes.begin(), kStudySizes.end()) : Counts{*a.size};
   std::vector<Setting> settings;
   const auto add = [&](const std::string& curve, const Counts& from, const Counts& maps) {
     for (const std::uint32_t count : faces) {
@@ -88,9 +90,9 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
       }
     }
   };
-  if (!sizes) add(kPaperCurve, of_views, of_size);
-  add(kKilnCurve, of_views, of_size);
-  if (!sizes) add(default_match(), {0}, of_size);
+  if (!sizes) add(kPaperCurve, view_counts, size_counts);
+  add(kKilnCurve, view_counts, size_counts);
+  if (!sizes) add(default_match(), {0}, size_counts);
   add(kNone, {0}, {0});
   return settings;
 }
@@ -101,11 +103,11 @@ class LowMeshes {
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
 
   /// A low poly with UVs for a map of this size; 0: without UVs.
-  const Mesh& get(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
+  const Mesh& low_of(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
     const auto found = low_by_faces_and_size_.find({faces, size});
     if (found != low_by_faces_and_size_.end()) return found->second;
-    const Mesh& high = size == 0 ? high_ : get(faces, 0, warnings);
+    const Mesh& high = size == 0 ? high_ : low_of(faces, 0, warnings);
     const Stopwatch watch;
     Mesh& mesh = low_by_faces_and_size_[{faces, size}];
     const auto warn = [&](const auto& report) {
@@ -193,25 +195,26 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
   const Scene high_scene(device, high);
   const std::vector<ViewAngles> angles = angles_of(held_out);
   const NormalReference reference(high_scene, high, angles, *a.pixels);
-  std::optional<DepthReference> depths;
-  if (a.study == "faces") depths.emplace(high_scene, high, angles, *a.pixels);
+  std::optional<DepthReference> depth_reference;
+  if (a.study == "faces") depth_reference.emplace(high_scene, high, angles, *a.pixels);
 
-  LowMeshes lows(high, low);
+  LowMeshes low_meshes(high, low);
   double seconds_bake = 0, seconds_measure = 0;
   for (const Setting& s : settings) {
     const std::string number = std::to_string(study.rows.size() + 1);
     if (!steps.at("setting " + number + " of " + std::to_string(settings.size()) + ", " + s.curve))
       return std::nullopt;
     std::vector<Warning> warnings;
-    const Mesh& mesh = lows.get(s.faces, s.size, warnings);
+    const Mesh& mesh = low_meshes.low_of(s.faces, s.size, warnings);
     const bool views = s.views != 0, paper = s.curve == kPaperCurve;
-    const auto of_views = [&](const Json& value) { return views ? value : Json(); };
+    const auto only_with_views = [&](const Json& value) { return views ? value : Json(); };
     BakeOptions bake_with = study_bake_options(s, a);
     Json figures =
         fields("curve match views view_size view_criterion view_refine target_faces faces size",
                {s.curve, s.curve == kNone ? Json() : Json(bake_with.match.method.name),
-                of_views(s.views), Json(), of_views(paper ? "depth" : "angle"), of_views(!paper),
-                s.faces, mesh.triangles.size(), s.size != 0 ? Json(s.size) : Json()});
+                only_with_views(s.views), Json(), only_with_views(paper ? "depth" : "angle"),
+                only_with_views(!paper), s.faces, mesh.triangles.size(),
+                s.size != 0 ? Json(s.size) : Json()});
     Stopwatch watch;
     NormalMap map;
     BakeResult result;
@@ -234,8 +237,8 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     const NormalError error = reference.compare(scene);
     check_meshes_are_visible(error, high, mesh);
     figures["normal_error"] = describe(error);
-    if (depths && s.curve == kNone) {
-      figures["depth_difference"] = error_json(depths->compare(scene));
+    if (depth_reference && s.curve == kNone) {
+      figures["depth_difference"] = error_json(depth_reference->compare(scene));
     }
     const double measure_time = watch.lap();
     seconds_bake += bake_time, seconds_measure += measure_time;
@@ -250,7 +253,8 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     if (error.mean_degrees > degrees(study.worst_row)) study.worst_row = study.rows.size() - 1;
     if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
   }
-  run.seconds.update(fields("low bake measure", {lows.seconds, seconds_bake, seconds_measure}));
+  run.seconds.update(
+      fields("low bake measure", {low_meshes.seconds, seconds_bake, seconds_measure}));
   return study;
 }
 
@@ -258,19 +262,19 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
 
 /// Settings of one curve, and of one low poly if `faces` is given, in the study's order.
 std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, double faces = 0) {
-  std::vector<Json> some;
+  std::vector<Json> selected_rows;
   for (const Json& row : study.rows) {
     if (row.at("curve").text() == curve && (faces == 0 || row.at("target_faces").number() == faces))
-      some.push_back(row);
+      selected_rows.push_back(row);
   }
-  return some;
+  return selected_rows;
 }
 
 double degrees_of(const Json& row) { return row.at(kDegreesPath).number(); }
 
 /// Finds the first figure of a series whose mean angle is within 5% of the smallest one, beyond which more views or
 /// texels gain little.
-const Json& levels_off(const std::vector<Json>& series) {
+const Json& find_sufficient(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
   double min_error = degrees_of(series.front());
   for (const Json& row : series) min_error = std::min(min_error, degrees_of(row));
@@ -337,46 +341,47 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
 }
 
 Json faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  const std::vector<Json> own = rows_of_curve(study, kKilnCurve),
-                          without = rows_of_curve(study, kNone);
+  const std::vector<Json> kiln_rows = rows_of_curve(study, kKilnCurve),
+                          without_map = rows_of_curve(study, kNone);
   const char* faces = "target_faces";
   Json ticks = Json::array();
-  for (const Json& row : own) ticks.push_back(row.at(faces));
+  for (const Json& row : kiln_rows) ticks.push_back(row.at(faces));
   const std::string search_percent = fixed_text(100 * study.max_distance / study.diagonal, 2);
   const Json distances = panel_of(
       "Distance of the low poly to the high poly, % of the diagonal",
-      {curve_of("farthest (within " + search_percent + "% of the diagonal)", "max", own, faces,
-                "distance_error.max_percent_of_diagonal"),
-       curve_of("95th percentile", "p95", own, faces, "distance_error.p95_percent_of_diagonal"),
-       curve_of("mean", "mean", own, faces, "distance_error.mean_percent_of_diagonal")});
+      {curve_of("farthest (within " + search_percent + "% of the diagonal)", "max", kiln_rows,
+                faces, "distance_error.max_percent_of_diagonal"),
+       curve_of("95th percentile", "p95", kiln_rows, faces,
+                "distance_error.p95_percent_of_diagonal"),
+       curve_of("mean", "mean", kiln_rows, faces, "distance_error.mean_percent_of_diagonal")});
   // The depth difference depends only on the mesh, not on its map (Wang et al., figure 3b).
-  const Json depths =
-      panel_of("Depth difference in pictures, normalised screen units",
-               {curve_of("mean over 30 views", "mean", without, faces, "depth_difference.mean")});
+  const Json depth_reference = panel_of(
+      "Depth difference in pictures, normalised screen units",
+      {curve_of("mean over 30 views", "mean", without_map, faces, "depth_difference.mean")});
   const std::vector<Json> rays = rows_of_curve(study, default_match());
   const Json angles =
       panel_of("Mean angle between normals, degrees",
                {paper_curve(study, faces, kDegreesPath), kiln_curve(study, faces, kDegreesPath),
                 curve_of("rays (no views)", default_match(), rays, faces, kDegreesPath),
-                curve_of("no map", kNone, without, faces, kDegreesPath)});
+                curve_of("no map", kNone, without_map, faces, kDegreesPath)});
   return plot_of("Errors against the low poly's faces: " + mesh + ", " + plural(*a.views, "view") +
                      ", " + size_text(*a.size),
-                 "Faces of the low poly", ticks, Json::array({distances, depths, angles}));
+                 "Faces of the low poly", ticks, Json::array({distances, depth_reference, angles}));
 }
 
 Json size_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   Json angles = plot_panel("Mean angle between normals, degrees");
   angles["rings"]["title"] = "larger maps gain less than 5%";
-  const std::vector<Json> without = rows_of_curve(study, kNone);
-  const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
+  const std::vector<Json> without_map = rows_of_curve(study, kNone);
+  const double last = static_cast<double>(std::max<std::size_t>(2, without_map.size()) - 1);
   double curve_index = 0;
-  for (const Json& row : without) {
+  for (const Json& row : without_map) {
     const std::vector<Json> series =
         rows_of_curve(study, kKilnCurve, row.at("target_faces").number());
     angles["curves"].push_back(curve_of(count_text(row.at("target_faces")) + " faces (no map: " +
                                             fixed_text(degrees_of(row), 2) + ")",
                                         curve_index++ / last, series, "size", kDegreesPath));
-    const Json& smallest_sufficient = levels_off(series);
+    const Json& smallest_sufficient = find_sufficient(series);
     if (&smallest_sufficient == &series.back()) continue;
     angles["rings"]["x"].push_back(smallest_sufficient.at("size"));
     angles["rings"]["y"].push_back(degrees_of(smallest_sufficient));
@@ -389,17 +394,17 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
 // ---- Text ----
 
 /// Finds the number of views for each curve, or the map size for each number of faces, beyond which little is gained.
-Json levels_off_at(const Study& study, const MeasureArguments& a) {
+Json find_sufficient_counts(const Study& study, const MeasureArguments& a) {
   Json smallest_sufficient = Json::object();
   if (a.study == "views") {
     for (const char* curve : {kPaperCurve, kKilnCurve}) {
-      smallest_sufficient[curve] = levels_off(rows_of_curve(study, curve)).at("views");
+      smallest_sufficient[curve] = find_sufficient(rows_of_curve(study, curve)).at("views");
     }
   } else if (a.study == "size") {
     for (const Json& row : rows_of_curve(study, kNone)) {
       const double faces = row.at("target_faces").number();
       smallest_sufficient[text_of(faces)] =
-          levels_off(rows_of_curve(study, kKilnCurve, faces)).at("size");
+          find_sufficient(rows_of_curve(study, kKilnCurve, faces)).at("size");
     }
   }
   return smallest_sufficient;
@@ -428,7 +433,7 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   run.lines = table_lines(columns(), study.rows);
   Json settings = study.rows;
   for (std::size_t i = 0; i < settings.size(); ++i) settings[i].update(study.timing_rows[i]);
-  const Json levels = levels_off_at(study, a);
+  const Json levels = find_sufficient_counts(study, a);
   std::vector<std::string> findings;
   for (const std::string& key : levels.keys()) {
     findings.push_back(
@@ -446,20 +451,20 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
 
 /// Rejects options that contradict each other. \throws Error(usage)
 void check_study(const MeasureArguments& a) {
-  refuse(a,
-         {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--z-up",
-          "--square", "--picture-size"},
-         "rating matches: leave it or --study out.");
+  refuse_flags(a,
+               {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--z-up",
+                "--square", "--picture-size"},
+               "rating matches: leave it or --study out.");
   refuse_if(a.out.empty(), "--study needs --out, a folder for its data and pictures.");
   const std::string ignored = "what --study " + a.study + " does not vary: leave it out.";
-  if (a.study == "views") refuse(a, {"--views"}, ignored);
-  if (a.study != "views") refuse(a, {"--faces"}, ignored);
-  if (a.study == "size") refuse(a, {"--size"}, ignored);
+  if (a.study == "views") refuse_flags(a, {"--views"}, ignored);
+  if (a.study != "views") refuse_flags(a, {"--faces"}, ignored);
+  if (a.study == "size") refuse_flags(a, {"--size"}, ignored);
   if (a.low.empty()) return;
   refuse_if(a.study != "views", "--study " + a.study + " makes its own low polys, but LOW '" +
                                     a.low + "' is given: leave it out.");
-  refuse(a, {"--faces"},
-         "making a low poly, but LOW '" + a.low + "' is given: leave one of them out.");
+  refuse_flags(a, {"--faces"},
+               "making a low poly, but LOW '" + a.low + "' is given: leave one of them out.");
 }
 
 }  // namespace
@@ -484,23 +489,23 @@ int run_study(MeasureArguments a) {
   if (!a.low.empty()) {
     low = load_low(a.low, ", or leave LOW out", run.warnings, load_options(a.bake, MeshSide::low));
   }
-  run.lap("load");
+  run.record_stage("load");
 
-  constexpr double kAtSave = 0.97;
-  const Progress progress = run.within(0.02, kAtSave);
+  constexpr double kProgressAtSave = 0.97;
+  const Progress progress = run.within(0.02, kProgressAtSave);
   const std::optional<Study> study =
       measure_study(device, high, low ? &*low : nullptr, a, progress, run);
   if (!study) return kExitCancelled;
-  run.lap("study");
+  run.record_stage("study");
 
-  if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
+  if (!run.console.progress(kProgressAtSave, "writing")) return kExitCancelled;
   const Plot plot = {"study_" + a.study, (a.study == "faces"  ? faces_plot
                                           : a.study == "size" ? size_plot
                                                               : views_plot)(*study, a, high.name)};
   run.outputs = {(folder / (plot.name + ".csv")).string()};
   save_text(run.outputs[0], csv(study->rows));
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
-  run.lap("save");
+  run.record_stage("save");
 
   // The report has the effective options; null if the study varies an option, or does not use it.
   const bool views = a.study == "views";

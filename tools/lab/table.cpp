@@ -50,8 +50,8 @@ std::string table_cell(const Column& column, const Json& row) {
                            : column.digits < 0
                                ? value.text()
                                : fixed_text(column.scale * value.number(), column.digits);
-  if (column.star.empty()) return text;
-  return text + (is_true(row.at(column.star)) ? " *" : "  ");
+  if (column.starred_if.empty()) return text;
+  return text + (is_true(row.at(column.starred_if)) ? " *" : "  ");
 }
 
 std::size_t width_of(const std::string& text) {

@@ -32,10 +32,10 @@ std::string csv(const Json& rows);
 /// A column of a text table.
 struct Column {
   std::string heading;
-  std::string path;       ///< Path of the column's figure in a row
-  int digits = -1;        ///< Number of decimals; -1: the column contains text
-  double scale = 1;       ///< Factor by which shown numbers are multiplied
-  std::string star = {};  ///< Path of a boolean; if it is true, * follows the figure
+  std::string path;             ///< Path of the column's figure in a row
+  int digits = -1;              ///< Number of decimals; -1: the column contains text
+  double scale = 1;             ///< Factor by which shown numbers are multiplied
+  std::string starred_if = {};  ///< Path of a boolean; if it is true, * follows the figure
 };
 
 /// Formats rows as a Markdown table with aligned columns, which is readable in terminals, too. Texts are not escaped.

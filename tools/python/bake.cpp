@@ -62,7 +62,7 @@ nb::dict dict_of(const std::vector<MapError>& errors) {
     d["p95"] = error.p95;
     d["max"] = error.max;
     d["texels"] = error.texels;
-    d["against"] = std::string(error.against);
+    d["against"] = std::string(error.reference);
     errors_by_map[nb::str(error.kind.name.data(), error.kind.name.size())] = d;
   }
   return errors_by_map;
@@ -412,7 +412,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
     options.match.uv = height_field_uv_options(high, options.match.uv);
   }
   if (low_poly.made && !high_poly.height_field && !job_.cage_auto) {
-    look_as_far(*low_poly.made, options.match);
+    set_search_distances(*low_poly.made, options.match);
   }
   if (faces_inwards && !options.match.two_sided) {
     const Message inside_out = explain_inside_out(high, low);

@@ -152,7 +152,7 @@ std::size_t held_outputs() {
   return output_state().files.size();
 }
 
-std::filesystem::path OutputSet::held(const std::filesystem::path& destination) {
+std::filesystem::path OutputSet::temporary_path(const std::filesystem::path& destination) {
   const std::lock_guard lock(output_state().mutex);
   const auto found = output_state().by_destination.find(os::name_key(destination));
   return found == output_state().by_destination.end()

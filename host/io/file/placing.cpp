@@ -381,6 +381,6 @@ void fail_to_write(const fs::path& destination, std::string_view what, int error
   throw Error(ErrorCode::output, message);
 }
 
-bool placing_outputs() noexcept { return is_placing.load(); }
+bool is_committing_outputs() noexcept { return is_placing.load(); }
 
 }  // namespace kiln

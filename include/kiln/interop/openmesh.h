@@ -48,7 +48,8 @@ Channel from_byte(std::uint8_t value) {
 /// Origin for positions in single precision: the centre of the bounding box of all finite points if it is
 /// farther than kFar diagonals from 0, else 0.
 inline std::array<double, 3> origin_of(std::span<const std::array<double, 3>> points) {
-  // in diagonals of the bounding box; the readers of files use the same threshold
+  // A mesh farther than this from the world's origin, in diagonals of its bounding box, gets a Mesh::origin. Readers of
+  // files use the same threshold
   constexpr double kFar = 16;
   std::array<double, 3> low, high, middle{};
   low.fill(std::numeric_limits<double>::infinity());

@@ -66,13 +66,13 @@ TEST_F(OutputSetTest, FilesAppearTogetherAtCommit) {
   save_text(folder_ / "b", "new b");
   EXPECT_EQ(contents(folder_ / "a"), "old");
   EXPECT_FALSE(fs::exists(folder_ / "b"));
-  EXPECT_EQ(contents(OutputSet::held(folder_ / "b")), "new b");
-  EXPECT_TRUE(OutputSet::held(folder_ / "c").empty());
+  EXPECT_EQ(contents(OutputSet::temporary_path(folder_ / "b")), "new b");
+  EXPECT_TRUE(OutputSet::temporary_path(folder_ / "c").empty());
   set.commit();
   EXPECT_EQ(contents(folder_ / "a"), "new a");
   EXPECT_EQ(contents(folder_ / "b"), "new b");
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b"}));
-  EXPECT_TRUE(OutputSet::held(folder_ / "b").empty());
+  EXPECT_TRUE(OutputSet::temporary_path(folder_ / "b").empty());
 }
 
 TEST_F(OutputSetTest, WithoutCommitNothingChanges) {
@@ -93,7 +93,7 @@ TEST_F(OutputSetTest, TheLaterFileOfOneNameWins) {
   OutputSet set;
   save_text(folder_ / "a", "first");
   save_text(folder_ / "a", "second");
-  EXPECT_EQ(contents(OutputSet::held(folder_ / "a")), "second");
+  EXPECT_EQ(contents(OutputSet::temporary_path(folder_ / "a")), "second");
   set.commit();
   EXPECT_EQ(contents(folder_ / "a"), "second");
   EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
@@ -117,7 +117,7 @@ TEST_F(OutputSetTest, MoreFilesThanAProcessMayHaveOpenAreHeld) {
   for (std::size_t i = 0; i < kFiles; ++i) save_text(folder_ / name(i), name(i));
   for (std::size_t i = 0; i < kFiles; i += 7) {
     EXPECT_FALSE(fs::exists(folder_ / name(i)));
-    EXPECT_EQ(contents(OutputSet::held(folder_ / name(i))), name(i));
+    EXPECT_EQ(contents(OutputSet::temporary_path(folder_ / name(i))), name(i));
   }
   set.commit();
   setrlimit(RLIMIT_NOFILE, &before);

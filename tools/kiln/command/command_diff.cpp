@@ -168,7 +168,7 @@ Json difference_json(const FileDifference& file) {
                {"state", file.state},
                {"problem", file.problem.empty() ? Json() : Json(file.problem)}};
   if (!file.image_difference) return json;
-  json["compared"] = file.image_difference->compared;
+  json["compared"] = file.image_difference->compared_texels;
   json["mean_angle_degrees"] = file.image_difference->mean_angle_degrees;
   json["max_angle_degrees"] = file.image_difference->max_angle_degrees;
   json["mean_error"] = file.image_difference->mean_error;
@@ -260,7 +260,7 @@ int run_diff(const DiffArguments& arguments) {
                 " channels, so it has no angles to limit: use --max-error.");
   const ImageDifference difference = compare_images(a, b, mask ? &*mask : nullptr);
 
-  if (difference.compared == 0) {
+  if (difference.compared_texels == 0) {
     throw Error(ErrorCode::input,
                 "'" + arguments.mask + "' excludes all texels: give another mask.");
   }
@@ -275,7 +275,7 @@ int run_diff(const DiffArguments& arguments) {
   const std::string text = formatted(
       "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
       "channel error mean %s, max %s, worst at (%u, %u)",
-      std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
+      std::to_string(difference.compared_texels).c_str(), difference.mean_angle_degrees,
       difference.p95_angle_degrees, difference.p99_angle_degrees, difference.max_angle_degrees,
       error_text(difference.mean_error).c_str(), error_text(difference.max_error).c_str(),
       difference.worst_x, difference.worst_y);
@@ -288,7 +288,7 @@ int run_diff(const DiffArguments& arguments) {
         {"version", version()},
         {"a", arguments.a},
         {"b", arguments.b},
-        {"compared", difference.compared},
+        {"compared", difference.compared_texels},
         {"mean_angle_degrees", difference.mean_angle_degrees},
         {"p95_angle_degrees", difference.p95_angle_degrees},
         {"p99_angle_degrees", difference.p99_angle_degrees},

@@ -3,7 +3,7 @@
 
 namespace kiln {
 
-void look_as_far(const SimplifyReport& made, MatchOptions& match) {
+void set_search_distances(const SimplifyReport& made, MatchOptions& match) {
   if (match.max_distance || match.cage || match.cage_mesh != nullptr || match.saved != nullptr) {
     return;
   }
