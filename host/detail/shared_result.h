@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// A result that several maps of a bake use. The first map computes it; the others reuse it while
-/// it is valid.
+/// A result that several maps of a bake use. The first map that needs it computes it; the others
+/// reuse it while it is valid.
 class SharedWork {
  public:
   SharedWork() = default;

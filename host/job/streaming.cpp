@@ -85,7 +85,7 @@ Message find_streaming_obstacle(const LargeFile& high, const Job& job, const Bak
     return obstacle;
   BakeOptions streamed = options;
   if (chooses_asset_maps(job)) {
-    std::erase_if(streamed.maps, [](MapKind map) { return !map_row(map).streams; });
+    std::erase_if(streamed.maps, [](MapKind map) { return !map_row(map).supports_streaming; });
   }
   return streaming_obstacle(streamed);
 }
@@ -153,7 +153,7 @@ bool choose_streamed_asset_maps(Job& job, const MeshStream& high, RunLog& log) {
   if (!chooses_asset_maps(job)) return false;
   std::string left_out;
   std::erase_if(job.bake.maps, [&](MapKind map) {
-    if (map_row(map).streams) return false;
+    if (map_row(map).supports_streaming) return false;
     left_out += (left_out.empty() ? "" : ", ") + std::string(map.name);
     return true;
   });

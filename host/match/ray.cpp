@@ -127,7 +127,7 @@ MatchRow ray_match() {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }
     if (request.blends_directions) rays = smooth_normal_retry(std::move(rays), request);
-    return request.max_sheet_distance > 0 ? extended_range(std::move(rays), request)
+    return request.max_sheet_distance > 0 ? make_extended_range_matcher(std::move(rays), request)
                                           : std::move(rays);
   };
   return row;
