@@ -74,7 +74,7 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   request.samples = options.samples;
   request.distance = match_distance(options, surface, source.frame);
   if (options.match.near_distance) {
-    request.near = to_frame(*options.match.near_distance, source.frame);
+    request.near_distance = to_frame(*options.match.near_distance, source.frame);
   }
   if (options.match.cage) request.cage = to_frame(*options.match.cage, source.frame);
   request.cage_mesh = options.match.cage_mesh != nullptr;

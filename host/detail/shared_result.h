@@ -23,7 +23,7 @@ class SharedWork {
 /// The shared results of one bake: at most one object of each type.
 class SharedWorks {
  public:
-  /// The object of a type. The first call constructs it from the arguments.
+  /// Returns the object of a type, which the first call constructs from the arguments.
   template <typename Work, typename... Arguments>
   std::shared_ptr<Work> of(const Arguments&... arguments) {
     for (const std::shared_ptr<SharedWork>& work : works_) {

@@ -53,9 +53,10 @@ struct EdgeSidePoint {
 };
 
 /// Makes the point on one of an edge's faces at `share` of the edge's length and at a distance of
-/// `edge_distance` from the edge.
+/// `distance_from_edge` from the edge.
 EdgeSidePoint point_beside_edge(const std::array<LowSurface::Corner, 3>& face,
-                                const HardEdges::Edge& edge, double share, double edge_distance) {
+                                const HardEdges::Edge& edge, double share,
+                                double distance_from_edge) {
   const Vec3d along = to_double(edge.along), a = to_double(face[0].position);
   const Vec3d ab = to_double(face[1].position) - a, ac = to_double(face[2].position) - a;
   const Vec3d normal = cross(ab, ac);
@@ -64,7 +65,7 @@ EdgeSidePoint point_beside_edge(const std::array<LowSurface::Corner, 3>& face,
   if (dot(inward_direction, middle - to_double(edge.from)) < 0)
     inward_direction = -inward_direction;
   const Vec3d p = to_double(edge.from) + along * share +
-                  inward_direction * (edge_distance / length(inward_direction));
+                  inward_direction * (distance_from_edge / length(inward_direction));
   const double area = dot(normal, normal);
   const double u = dot(cross(p - a, ac), normal) / area, v = dot(cross(ab, p - a), normal) / area;
   if (!(u >= 0 && v >= 0 && u + v <= 1)) return {};

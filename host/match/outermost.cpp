@@ -65,7 +65,8 @@ class OutermostMatcher : public Matcher {
   const RaySearch& rays_;
   const LowSurface& surface_;
   RayQuery nearest_query_, outermost_query_;
-  std::optional<LowRays> low_;  ///< Matcher of the second pass, created on first use
+  /// Limits the rays of the second pass where they meet the low poly; created on first use
+  std::optional<LowRays> low_;
 };
 
 }  // namespace

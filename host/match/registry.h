@@ -30,7 +30,7 @@ struct MatchRequest {
     request.height = height;
     request.samples = samples;
     request.distance = distance;
-    request.near = near;
+    request.near_distance = near_distance;
     request.max_sheet_distance = max_sheet_distance;
     request.cage = cage;
     request.cage_mesh = cage_mesh;
@@ -48,7 +48,7 @@ struct MatchRequest {
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Size and samples of the map
   double distance = 0;  ///< Search distance; if there is a cage, measured from the cage inward
   /// Distance of a first, shorter search; 0: there is only one search
-  double near = 0;
+  double near_distance = 0;
   /// Search distance of samples on open sheets; 0: the same as for other samples
   double max_sheet_distance = 0;
   /// Distance outward from the low poly at which rays start; the first hit counts

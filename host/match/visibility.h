@@ -71,7 +71,8 @@ class VisibilityProbe {
     /// Four arrays, one after the other: weighted sum of directions (x, y, z), sum of weights
     cl::Array<float> sums;
     cl::Array<std::int32_t>
-        /// The set of directions that see a point, in planes of 32 bits; empty unless requested
+        /// The set of directions that see each point, one bit per direction: an array of 32-bit
+        /// words for every 32 directions; empty unless requested
         seen;
   };
 
