@@ -258,7 +258,7 @@ class Builder {
     }
   }
 
-  /// Splits a range into up to 8 children of a node.
+  /// Splits a node's range into up to 8 children.
   int open(const Range& range, std::uint32_t level, std::size_t parallel_above,
            std::array<Range, KILN_BVH_WIDTH>& children) {
     const bool by_count = level >= kSahLevels;
@@ -285,7 +285,7 @@ class Builder {
         duplicates_ += parent_slot.size() - left;
         parent_slot.end = parent_slot.begin + left;
         parent_slot.merged = true;
-        continue;  // not closed again, since the child may have become a leaf
+        continue;  // not split now, since the child may have become a leaf: the choice is repeated
       }
       const Range parent = parent_slot;
       split(parent, by_count, parent.size() > parallel_above,

@@ -146,8 +146,8 @@ std::size_t partition_bins(std::span<Primitive> primitives, const Mapping& mappi
 /// Overlap of a split's two sides along its axis, as a share of their total length: 0 if they are separate.
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split);
 
-/// The split with the least overlap along its axis; among equal ones the one nearest to half of the
-/// triangles.
+/// Finds the split with the least overlap along its axis; among equal ones, the one that divides
+/// the triangles most evenly.
 Split least_overlap_split(const Bins& bins, const Mapping& mapping);
 
 /// Selects one coordinate of a triangle: the index of a corner, and an axis.

@@ -14,7 +14,7 @@
 namespace kiln {
 
 struct ClosestQuery {
-  float max_distance = 1;  ///< Frame units, 0 to 2^20
+  float max_distance = 1;  ///< Maximum distance of the nearest point, in frame units; 0 to 2^20
   bool two_sided = false;  ///< Include faces turned away from the sample's direction
 };
 

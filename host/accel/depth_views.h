@@ -12,9 +12,10 @@
 
 namespace kiln {
 
-/// Directions spread evenly over the sphere. With 12, they are the icosahedron's corners, the most even
-/// distribution of 12 directions, in opposite pairs. Other numbers: Fibonacci's spiral (Gonzalez 2010,
-/// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices").
+/// Returns directions that are spread evenly over the sphere. If there are 12, they are the
+/// icosahedron's corners, the most even distribution of 12 directions, in opposite pairs. Other
+/// numbers: Fibonacci's spiral (Gonzalez 2010, "Measurement of areas on a sphere using Fibonacci and
+/// latitude-longitude lattices").
 std::vector<Vec3d> spread_directions(std::uint32_t count);
 
 /// The ball that views show: centre and radius, frame units.

@@ -16,10 +16,11 @@ namespace kiln {
 
 /// Variants of the traversal kernels. All give the same bits.
 enum class Traversal {
-  automatic,  ///< Chosen by the device's type
+  automatic,  ///< One of the others, chosen by the type of the device and its driver
   cpu,  ///< Kernels of explicit vectors, for PoCL: trace neighbouring rays as beams, any-hit rays as streams
-  cpu_single,  ///< As `cpu`, for drivers other than PoCL: traces any-hit rays one by one, 8 boxes a step
-  gpu,         ///< Scalar, one ray per work-item
+  /// As `cpu`, for drivers other than PoCL: traces any-hit rays one by one, testing 8 boxes at a time
+  cpu_single,
+  gpu,  ///< Scalar, one ray per work-item
 };
 
 /// Resolves `automatic` and `cpu` for a device; never returns `automatic`.
@@ -45,7 +46,8 @@ struct Tree {
     double upload_seconds = 0;
   };
 
-  /// A tree that was built before. \param fill  writes all nodes and leaves into the device's arrays
+  /// Creates a tree that was built before. \param fill writes all nodes and leaves into the device's
+  /// arrays
   Tree(cl::Context& context, const Stats& stats, bool has_prisms, std::size_t node_count,
        std::size_t block_count,
        const std::function<void(std::span<kiln_bvh_node>, std::span<kiln_bvh_block>)>& fill);

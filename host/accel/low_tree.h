@@ -14,7 +14,7 @@ namespace kiln {
 /// The usable triangles of a low poly, each with its own corners, and their BVH.
 struct LowTree {
   std::vector<Vec3> positions;      ///< Three per triangle
-  std::vector<Triangle> triangles;  ///< Indices into positions
+  std::vector<Triangle> triangles;  ///< Corners as indices into `positions`
   std::vector<std::uint32_t> of;    ///< Index of each triangle in the surface
   std::vector<Vec3d> normals;       ///< Unit normals
   std::shared_ptr<const Tree> tree;

@@ -19,7 +19,8 @@ namespace kiln {
 kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size,
                     const Vec3d& center = {});
 
-/// Keys of depth and triangle on the device, one per pixel, tile by tile (kernels/shared/raster.h).
+/// Keys that combine depth and triangle, on the device: one per pixel, stored tile by tile
+/// (kernels/shared/raster.h).
 struct DepthKeys {
   DepthKeys() = default;
   /// \param count  number of keys: a multiple of KILN_RASTER_TILE_PIXELS
@@ -40,7 +41,7 @@ struct DepthKeys {
 
 /// Variants of the rasterisation kernel. All write identical keys.
 enum class RasterPath {
-  automatic,   ///< The fastest for the device
+  automatic,   ///< The path that is fastest on the device
   tiles,       ///< One work-item per tile: CPUs
   atomics,     ///< One work-item per triangle; 64-bit atomics, on devices with them
   two_passes,  ///< One work-item per triangle and two passes, on devices without 64-bit atomics

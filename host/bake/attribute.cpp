@@ -30,12 +30,13 @@ void check_input(const Source::Impl& high, const Match& match, std::size_t value
                 "channels is " + std::to_string(channels) + ": it must be 1 to 4.",
                 "attribute-channels");
   }
-  const std::size_t expected = high.positions.size() * channels;
-  if (values != expected) {
+  const std::size_t expected_count = high.positions.size() * channels;
+  if (values != expected_count) {
     throw Error(ErrorCode::usage,
-                std::to_string(values) + " values were given, but " + std::to_string(channels) +
+                std::to_string(values) + " values were given, but " +
+                    std::to_string(expected_count) + " are needed: " + std::to_string(channels) +
                     " for each of the high poly's " + std::to_string(high.positions.size()) +
-                    " vertices are " + std::to_string(expected) + ".",
+                    " vertices.",
                 "attribute-size");
   }
   validate(match);

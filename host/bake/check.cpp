@@ -154,7 +154,8 @@ void check_distances(const BakeOptions& options) {
   }
   const bool cage = options.match.cage || options.match.cage_mesh != nullptr;
   if (cage && options.match.saved == nullptr &&
-      !any_in_chain(options, [](const MatchRow& row) { return obeys(row.info, "match.cage"); })) {
+      !any_match_or_fallback(options,
+                             [](const MatchRow& row) { return obeys(row.info, "match.cage"); })) {
     throw_usage_error(
         "A cage was given, but " + quote(options.match.method.name) +
             " casts no rays: leave the cage out, or match by " +
@@ -181,13 +182,13 @@ void check_map(MapKind map, const BakeOptions& options) {
 /// faces.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
-  const char* unsupported = occlusion.distance                            ? "a distance"
-                            : occlusion.falloff != OcclusionFalloff::none ? "a falloff"
-                            : !occlusion.back_faces   ? "back faces that do not occlude"
-                            : occlusion.max_error > 0 ? "a maximum error"
-                                                      : nullptr;
-  if (unsupported == nullptr) return;
-  throw_usage_error(std::string("Occlusion by views is requested with ") + unsupported +
+  const char* unsupported_option = occlusion.distance                            ? "a distance"
+                                   : occlusion.falloff != OcclusionFalloff::none ? "a falloff"
+                                   : !occlusion.back_faces   ? "back faces that do not occlude"
+                                   : occlusion.max_error > 0 ? "a maximum error"
+                                                             : nullptr;
+  if (unsupported_option == nullptr) return;
+  throw_usage_error(std::string("Occlusion by views is requested with ") + unsupported_option +
                         ", which depth views do not support: use rays, or leave it out.",
                     kContradictionId);
 }
@@ -301,11 +302,11 @@ void check_ranges(const BakeOptions& options) {
 void check_two_component(const BakeOptions& options) {
   if (!options.encoding.two_component) return;
   const std::vector<MapKind> kinds = kinds_of(options);
-  const bool all_sides = options.encoding.space == NormalMapSpace::object ||
-                         std::any_of(kinds.begin(), kinds.end(), [&](MapKind map) {
-                           return map_row(map).info.space == NormalMapSpace::object;
-                         });
-  if (!all_sides) return;
+  const bool can_point_below = options.encoding.space == NormalMapSpace::object ||
+                               std::any_of(kinds.begin(), kinds.end(), [&](MapKind map) {
+                                 return map_row(map).info.space == NormalMapSpace::object;
+                               });
+  if (!can_point_below) return;
   throw_usage_error(
       "Two components only suffice for normals above the surface: use tangent or face space.",
       kContradictionId);
@@ -361,8 +362,8 @@ void validate(const BakeOptions& options) {
   for (const MapVariant& map : options.variants) check_variant(map, options);
   check_views(options.match.views);
   check_fallback(options);
-  if (any_in_chain(options,
-                   [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
+  if (any_match_or_fallback(
+          options, [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     rethrow_as_option_error([&] { check_visibility(options.match.visibility); });
   }
   check_clusters(options);

@@ -40,8 +40,8 @@ bool holds_lengths(const BakeOptions& options) {
 /// returns null.
 std::unique_ptr<Matcher> make_check_matcher(const MatchRequest& request,
                                             const BakeOptions& options) {
-  if (!any_in_chain(options,
-                    [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
+  if (!any_match_or_fallback(
+          options, [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     return nullptr;
   }
   const auto rows = match_rows();
@@ -176,9 +176,9 @@ bool CopyCheck::are_same(const TestPoint& test_point, const Point& point, const 
                          const Point& other) const {
   const UvFrame frame_of_copy(surface_.triangles[test_point.triangle]),
       frame_of_baked(surface_.triangles[baked.triangle]);
-  const Vec3d away =
+  const Vec3d offset_difference =
       frame_of_copy.transfer_to_triangle(point.offset, frame_of_baked) - other.offset;
-  if (!(dot(away, away) <= max_distance_ * max_distance_)) return false;
+  if (!(dot(offset_difference, offset_difference) <= max_distance_ * max_distance_)) return false;
   if (!source_.materials.of.empty() &&
       source_.materials.of[point.triangle] != source_.materials.of[other.triangle]) {
     return false;
@@ -228,7 +228,7 @@ std::vector<CopyCheck::CopyComparison> CopyCheck::find(std::span<const TestPoint
 
 double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> copies;
-  // Cumulative area of the copies: the sum of areas up to each of them
+  // For each copy, the sum of the areas of all copies up to and including it
   std::vector<double> cumulative_area;
   double area = 0;
   for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {

@@ -28,7 +28,7 @@ class CopyCheck {
   enum class CopyOutcome : std::uint8_t {
     missed,  ///< The match finds no point for the copy
     same,    ///< The match finds the same point as on the triangle whose texels the copy shares
-    other,   ///< The match finds another surface, which no texel of the map shows
+    other,   ///< The match finds another surface for the copy, which no texel of the map shows
   };
 
   struct CopyComparison {
@@ -56,7 +56,7 @@ class CopyCheck {
   double check_copies(const Mesh& low, std::vector<Warning>& warnings);
 
  private:
-  /// A point of the low poly with its matched point.
+  /// A point of the low poly and its matched point of the high poly.
   struct Point {
     bool found = false;
     std::uint32_t triangle = 0;  ///< Matched triangle of the high poly

@@ -28,8 +28,8 @@ bool is_compared(const MapInfo& map) {
 
 /// Copies the given texels of a band, with all their samples, to a smaller band.
 TexelBand pick_texels(cl::Context& context, const TexelBand& band,
-                      std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
-                      const SamplePick& texel_pick) {
+                      std::span<const std::uint32_t> places,
+                      std::span<const std::uint32_t> first_samples, const SamplePick& texel_pick) {
   TexelBand part;
   part.first_row = band.first_row;
   part.row_count = band.row_count;
@@ -39,7 +39,7 @@ TexelBand pick_texels(cl::Context& context, const TexelBand& band,
   part.capacity = texel_pick.capacity();
   part.small_triangles = band.small_triangles;
   part.texel_index = cl::Array<std::uint32_t>(context, places);
-  part.texel_first = cl::Array<std::uint32_t>(context, firsts);
+  part.texel_first = cl::Array<std::uint32_t>(context, first_samples);
   part.sample_slot = texel_pick.of(band.sample_slot, band.capacity, 1);
   part.triangle = texel_pick.of(band.triangle, band.capacity, 1);
   part.barycentric = texel_pick.of(band.barycentric, band.capacity, 2);
@@ -54,7 +54,7 @@ class FinerEvaluation {
       : scene_(scene),
         options_(options),
         context_(context_of(scene.high.device)),
-        layers_(scene.high, scene.surface, options_, ImageStorage::none, 1, /*checks=*/true),
+        layers_(scene.high, scene.surface, options_, ImageStorage::none, 1, /*is_reference=*/true),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}),
         own_matcher_(options.samples != scene.options.samples &&
@@ -121,20 +121,20 @@ class FinerEvaluation {
     sampled_band_.texel_first.read(context_, first);
     const std::vector<std::uint32_t> chosen_texels = choose_texels(index, comparison_interval);
     if (chosen_texels.empty()) return;
-    std::vector<std::uint32_t> places, firsts{0}, samples;
+    std::vector<std::uint32_t> places, first_samples{0}, samples;
     for (const std::uint32_t t : chosen_texels) {
       places.push_back(index[t]);
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) samples.push_back(s);
-      firsts.push_back(static_cast<std::uint32_t>(samples.size()));
+      first_samples.push_back(static_cast<std::uint32_t>(samples.size()));
     }
     const SamplePick texel_pick(context_, samples, kSampleGranularity);
-    make(pick_texels(context_, sampled_band_, places, firsts, texel_pick));
+    evaluate_texels(pick_texels(context_, sampled_band_, places, first_samples, texel_pick));
     for (std::size_t l = 0; l < map_errors_.size(); ++l) compare_map(l, places);
   }
 
   /// Evaluates some texels of a band in all maps. Each keeps all its samples, so that matchers can treat the texels as
   /// a band.
-  void make(const TexelBand& texels) {
+  void evaluate_texels(const TexelBand& texels) {
     DeviceCorrespondence match(context_, texels.capacity, layers_.any_map_needs_visibility());
     match.count = texels.sample_count;
     matcher_.run(texels, match);
@@ -187,7 +187,8 @@ class FinerEvaluation {
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   TexelBand sampled_band_;
-  std::vector<std::vector<float>> finer_values_;  // Finer values of the band's texels, for each map
+  // Values of the band's texels by the finer evaluation, for each map
+  std::vector<std::vector<float>> finer_values_;
   std::vector<std::uint8_t> finer_coverage_;
   // Number of texels since the last texel that was compared
   std::uint64_t texels_since_comparison_ = 0;
@@ -256,8 +257,8 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   FinerEvaluation finer(scene, finer_sampling);
   finer.run(progress.part(0.5, 1), baked);
   finer.add_errors_to(finer_sampling.samples == kFinerSamples * scene.options.samples
-                          ? "16 times as many points, matched by themselves"
-                          : "256 points a texel, matched by themselves",
+                          ? "16 times as many points, each matched separately"
+                          : "256 points a texel, each matched separately",
                       report);
 }
 

@@ -25,7 +25,8 @@ struct BakedScene {
   Matcher& matcher;
   /// Makes the bake's matcher for options with another number of samples.
   std::function<std::unique_ptr<Matcher>(const BakeOptions& options)> make_matcher;
-  /// Blend of the match into its fallback, whose border distances are computed; null if none was requested
+  /// The blend of the match into its fallback, after its distances to the border were computed; null if no
+  /// blend was requested
   FallbackBlend* blend;
   const Layers& layers;  ///< The bake's maps before padding
 };

@@ -169,11 +169,11 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   std::uint64_t texels = 0;
   std::size_t c = 0;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    bool any_blended = false;
+    bool has_blended_sample = false;
     for (; c < chosen.size() && chosen[c] < first[t + 1]; ++c) {
-      any_blended = any_blended || found[c] != KILN_NO_TRIANGLE;
+      has_blended_sample = has_blended_sample || found[c] != KILN_NO_TRIANGLE;
     }
-    texels += any_blended ? 1 : 0;
+    texels += has_blended_sample ? 1 : 0;
   }
   return texels;
 }

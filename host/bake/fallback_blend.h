@@ -49,8 +49,8 @@ class FallbackBlend {
       std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;
 
   /// Recomputes the texels of a band that lie near the border, as blends of the match and its fallback. Texels for
-  /// which the fallback finds no point stay unchanged. \param matcher must have matched this band last \param make
-  /// function that recomputes texels; called once, or not at all if no texel is blended
+  /// which the fallback finds no point stay unchanged. \param matcher the last band that it matched must be this
+  /// one \param make function that recomputes texels; called once, or not at all if no texel is blended
   /// \returns number of texels that the fallback contributes to
   std::uint64_t run(cl::Context& context, const TexelBand& band, Matcher& matcher,
                     const Make& make);

@@ -62,11 +62,12 @@ Mesh make_shells_mesh(const Mesh& low, const std::vector<Vec3>& directions,
 /// Number of vertices that triangles use and that have no ray direction.
 std::uint64_t count_vertices_without_direction(const Mesh& low,
                                                const std::vector<Vec3>& directions) {
-  std::vector<std::uint8_t> flat(low.positions.size());
+  std::vector<std::uint8_t> has_no_direction(low.positions.size());
   for (const Triangle& t : low.triangles) {
-    for (const std::uint32_t v : t) flat[v] = directions[v] == Vec3{} ? 1 : 0;
+    for (const std::uint32_t v : t) has_no_direction[v] = directions[v] == Vec3{} ? 1 : 0;
   }
-  return static_cast<std::uint64_t>(std::count(flat.begin(), flat.end(), 1));
+  return static_cast<std::uint64_t>(
+      std::count(has_no_direction.begin(), has_no_direction.end(), 1));
 }
 
 Warning warn_of_vertices_without_direction(std::uint64_t count) {
@@ -114,8 +115,10 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   cage.mesh = make_shells_mesh(low, directions, shells, vertex, 1 / high.frame.scale);
   cage.samples = needs.points.list.size();
   cage.conflicts = shells.conflicts;
-  if (const std::uint64_t flat = count_vertices_without_direction(low, directions); flat > 0) {
-    cage.warnings.push_back(warn_of_vertices_without_direction(flat));
+  if (const std::uint64_t count_without_direction =
+          count_vertices_without_direction(low, directions);
+      count_without_direction > 0) {
+    cage.warnings.push_back(warn_of_vertices_without_direction(count_without_direction));
   }
   return cage;
 }

@@ -29,15 +29,16 @@ constexpr double kMaxMeanLeaves = 1000;
 constexpr double kMinFaceCosine = 0.5;  // minimum cosine between a ray and the low poly's face
 // Radius around a sample in which it covers test points, in sample spacings
 constexpr double kRadiusInSamples = 1.5;
-// Ray origins are moved by this share of the way to their triangle's centre
+// Ray origins are moved towards the centre of their triangle by this share of the distance to it
 constexpr double kOriginInset = 1.0 / 256;
 // Radius in frame units in which the point that the match finds for a UV copy covers test points
 constexpr double kCopyRadius = 0.01;
 constexpr float kOriginOffset = 1e-5F;  // Offset of ray origins from their face, in frame units
-constexpr float kRayLength = 4;         // ray length in frame units: beyond the high poly
+// Ray length in frame units, which reaches beyond the high poly
+constexpr float kRayLength = 4;
 constexpr std::size_t kTestPointsPerTask = 1 << 14;
 constexpr std::size_t kBloomFilterBits = 1 << 20;
-constexpr std::size_t kRaysPerLaunch = 1 << 20;  // maximum number of rays of one launch
+constexpr std::size_t kRaysPerLaunch = 1 << 20;  // maximum number of rays in one launch
 // factor that widens radii by more than rounding errors
 constexpr double kRadiusWidening = 1.0001;
 // Minimum number of samples, per triangle with test points and per triangle of the mesh, for
@@ -203,9 +204,10 @@ HighCoverage::HighCoverage(const MatchRequest& request, TestPoints test_points, 
   const double samples =
       double{1} * request.width * request.height * request.samples * request.samples;
   const double triangles = static_cast<double>(request.source.triangles.size());
-  const auto counting =
+  const auto visible_count =
       std::count_if(cosine_sums_.begin(), cosine_sums_.end(), [](float of) { return of > 0; });
-  const double share = static_cast<double>(counting) / static_cast<double>(test_points_.size());
+  const double share =
+      static_cast<double>(visible_count) / static_cast<double>(test_points_.size());
   const double min_samples_to_cull =
       std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
   if (samples > min_samples_to_cull * triangles) list_test_points_by_triangle(request.source);
@@ -237,7 +239,7 @@ void HighCoverage::select_near_test_points(const MatchRequest& request, CopyChec
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
     const auto& corners = surface.triangles[triangle[i]];
-    // Triangles without UVs are skipped: they mostly belong to another texture set
+    // Triangles without UVs are skipped, since most of them belong to another texture set
     if (std::isnan(corners[0].uv.x)) continue;
     const double cosine = dot(low->normals[face_of_tree], to_double(test_points_[i].normal));
     if (!(cosine > kMinFaceCosine)) continue;
@@ -270,19 +272,19 @@ void HighCoverage::select_near_test_points(const MatchRequest& request, CopyChec
     if (comparisons[k].outcome != CopyCheck::CopyOutcome::same) continue;
     // The map represents the test point if the match finds the test point itself, and not a surface
     // above it.
-    const Vec3d away = comparisons[k].found - to_double(test_points_[i].position);
+    const Vec3d offset = comparisons[k].found - to_double(test_points_[i].position);
     const double copy_radius = std::max(double{test_point_radii_[i]}, kCopyRadius);
-    is_covered_[i] = dot(away, away) <= copy_radius * copy_radius ? 1 : 0;
+    is_covered_[i] = dot(offset, offset) <= copy_radius * copy_radius ? 1 : 0;
   }
 }
 
 void HighCoverage::select_seen_test_points(const MatchRequest& request) {
   cl::Context& context = context_of(request.source.device);
   const RayCaster& caster = request.source.rays();
-  const double fewer = std::max(1.0, caster.stats().leaves_per_line / kMaxMeanLeaves);
+  const double direction_divisor = std::max(1.0, caster.stats().leaves_per_line / kMaxMeanLeaves);
   std::vector<Vec3> directions;
   for (const Vec3d& direction : spread_directions(
-           std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {
+           std::max(static_cast<std::uint32_t>(kDirections / direction_divisor), kMinDirections))) {
     directions.push_back(to_float(direction));
   }
   // The rays use the same kernel as bakes, so that no other one has to be compiled. It is fast for neighbouring rays
@@ -294,7 +296,7 @@ void HighCoverage::select_seen_test_points(const MatchRequest& request) {
                        .triangles_per_ray = ray_query(request, true).triangles_per_ray};
   std::vector<TestPoint> rays;
   std::vector<std::uint32_t> test_point_of_ray;
-  const auto cast = [&] {
+  const auto cast_rays = [&] {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
     DeviceCorrespondence hit(context, count);
@@ -319,9 +321,9 @@ void HighCoverage::select_seen_test_points(const MatchRequest& request) {
           {to_float(to_double(test_points_[i].position) + normal * double{kOriginOffset}), w});
       test_point_of_ray.push_back(i);
     }
-    if (rays.size() > kRaysPerLaunch) cast();
+    if (rays.size() > kRaysPerLaunch) cast_rays();
   }
-  cast();
+  cast_rays();
 }
 
 std::vector<std::uint32_t> HighCoverage::near_test_points_in_morton_order() const {
@@ -362,7 +364,7 @@ std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
 }
 
 std::int64_t HighCoverage::cell_coordinate(double x) const {
-  // Rounds down without calling floor(), since this code runs three times a sample.
+  // Rounds down without calling floor(), since this code runs three times per sample.
   const double side = x * cells_per_unit_;
   const auto truncated = static_cast<std::int64_t>(side);
   return truncated - (side < static_cast<double>(truncated) ? 1 : 0);
@@ -411,14 +413,14 @@ void HighCoverage::list_test_points_by_triangle(const Source::Impl& high) {
   }
   const CoverageSlabs coverage_slabs(points, std::move(visible_test_points));
   struct TestPointsByTriangle {
-    std::vector<std::uint32_t> triangles, ends, test_points;
+    std::vector<std::uint32_t> triangles, list_ends, test_points;
   };
   const std::size_t count = high.triangles.size();
   std::vector<TestPointsByTriangle> found((count + kTestPointsPerTask - 1) / kTestPointsPerTask);
   parallel_for(count, kTestPointsPerTask, [&](std::size_t begin, std::size_t end) {
     // Structured bindings cannot be captured by the lambda below, so the elements get names.
     std::vector<std::uint32_t>& triangles = found[begin / kTestPointsPerTask].triangles;
-    std::vector<std::uint32_t>& ends = found[begin / kTestPointsPerTask].ends;
+    std::vector<std::uint32_t>& list_ends = found[begin / kTestPointsPerTask].list_ends;
     std::vector<std::uint32_t>& test_points = found[begin / kTestPointsPerTask].test_points;
     for (std::size_t t = begin; t < end; ++t) {
       const Box<Vec3d> box = triangle_box(high, high.triangles[t]);
@@ -443,21 +445,21 @@ void HighCoverage::list_test_points_by_triangle(const Source::Impl& high) {
       triangles.push_back(static_cast<std::uint32_t>(t));
       // Lists that are longer are discarded, and the grid is searched instead.
       if (test_points.size() > size_before + kMaxListedTestPoints) test_points.resize(size_before);
-      ends.push_back(static_cast<std::uint32_t>(test_points.size()));
+      list_ends.push_back(static_cast<std::uint32_t>(test_points.size()));
     }
   });
   triangle_state_.assign(count, kNoTestPointsState);
   test_point_list_begins_ = {0};
-  for (const auto& [triangles, ends, test_points] : found) {
+  for (const auto& [triangles, list_ends, test_points] : found) {
     const auto base = static_cast<std::uint32_t>(listed_test_points_.size());
     listed_test_points_.insert(listed_test_points_.end(), test_points.begin(), test_points.end());
     for (std::size_t k = 0; k < triangles.size(); ++k) {
-      const bool is_list_too_long = ends[k] == (k == 0 ? 0 : ends[k - 1]);
+      const bool is_list_too_long = list_ends[k] == (k == 0 ? 0 : list_ends[k - 1]);
       triangle_state_[triangles[k]] =
           is_list_too_long
               ? kSearchGridState
               : kFirstListState + static_cast<std::uint32_t>(test_point_list_begins_.size()) - 1;
-      if (!is_list_too_long) test_point_list_begins_.push_back(base + ends[k]);
+      if (!is_list_too_long) test_point_list_begins_.push_back(base + list_ends[k]);
     }
   }
 }
@@ -503,10 +505,10 @@ void HighCoverage::record_band(const Source::Impl& high, BandReads& reads,
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t triangle_index = triangle[i];
       if (triangle_index == KILN_NO_TRIANGLE) continue;
-      const bool inside =
+      const bool is_inside =
           u[i] >= -kTriangleSlack && v[i] >= -kTriangleSlack && u[i] + v[i] <= 1 + kTriangleSlack;
       std::uint32_t triangle_state = kSearchGridState;
-      if (!triangle_state_.empty() && inside) {
+      if (!triangle_state_.empty() && is_inside) {
         triangle_state = std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
                              .load(std::memory_order_relaxed);
         if (triangle_state == kNoTestPointsState) continue;

@@ -78,7 +78,7 @@ class HighCoverage {
   /// Radius around the test point within which a sample represents it; 0 if the test point is not
   /// rated
   std::vector<float> test_point_radii_;
-  /// Sum of cosines between the normal and the directions that see the test point
+  /// For each test point, the sum of the cosines between its normal and the directions that see it
   std::vector<float> cosine_sums_;
   std::vector<std::uint8_t> is_covered_;
   /// 1 if the test point is lost because UV charts share texels

@@ -41,7 +41,7 @@ std::string point_text(const std::array<double, 3>& p) {
   return formatted("%.4g, %.4g, %.4g", p[0], p[1], p[2]);
 }
 
-Message remedy(const BakeOptions& options) {
+Message choose_remedy(const BakeOptions& options) {
   const auto takes_cage = [](const MatchRow& row) { return obeys(row.info, "match.cage"); };
   if (!takes_cage(match_row(options.match.method))) {
     return "other matches may find these parts: try " + option("match.method") + " " +
@@ -61,7 +61,7 @@ Message remedy(const BakeOptions& options) {
 
 HighCoverageReport HighCoverage::report(const Frame& frame) const {
   HighCoverageReport result;
-  double total_weight = 0, lost_weight = 0, by_copies = 0;
+  double total_weight = 0, lost_weight = 0, weight_lost_by_copies = 0;
   std::vector<Vec3d> test_points;
   std::vector<double> weight;
   for (std::size_t i = 0; i < test_points_.size(); ++i) {
@@ -70,14 +70,14 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
     total_weight += double{cosine_sums_[i]};
     if (is_covered_[i] != 0) continue;
     lost_weight += double{cosine_sums_[i]};
-    if (is_lost_by_copies_[i] != 0) by_copies += double{cosine_sums_[i]};
+    if (is_lost_by_copies_[i] != 0) weight_lost_by_copies += double{cosine_sums_[i]};
     test_points.push_back(to_double(test_points_[i].position));
     weight.push_back(double{cosine_sums_[i]});
   }
   result.weight = total_weight;
   if (test_points.empty()) return result;
   result.lost = lost_weight / total_weight;
-  result.by_copies = by_copies / total_weight;
+  result.by_copies = weight_lost_by_copies / total_weight;
   const std::vector<std::uint32_t> part =
       connected_parts(test_points, kLinkDistance * test_point_spacing_);
   std::vector<double> size(test_points.size());
@@ -111,12 +111,12 @@ void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& option
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });
   if (recall.lost - (is_reported ? recall.by_copies : 0) < kMinLossToWarn) return;
-  const std::string lost_text = formatted(
+  const std::string loss_text = formatted(
       "%.1f%% of the high poly's visible surface near the low poly has no texel, the largest part "
       "of it (%.1f%%) around ",
       100 * recall.lost, 100 * recall.largest);
   warnings.push_back(
-      {"lost-surface", lost_text + point_text(recall.where) + ": " + remedy(options), 1});
+      {"lost-surface", loss_text + point_text(recall.where) + ": " + choose_remedy(options), 1});
 }
 
 }  // namespace kiln

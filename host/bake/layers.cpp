@@ -84,7 +84,7 @@ bool allows_rows(const MapInfo& map, const BakeOptions& options) {
 /// \param by_rows  true: maps that can be finished row by row are not kept
 std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> rows,
                          std::uint32_t band, bool by_rows) {
-  // Channels of all maps, and one more for the memory of coverage and chart indices
+  // Number of channels of all maps, plus one for the memory that coverage and chart indices take
   std::uint64_t channels = 1;
   const auto count = [&](const MapInfo& map) {
     if (!by_rows || !allows_rows(map, options)) channels += map.channels;
@@ -94,7 +94,7 @@ std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> row
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
-  // Bytes of a band per sample; 80 were measured, including the arrays of the lines above
+  // Bytes of a band per sample: 80 were measured, including the arrays in the lines above
   constexpr std::uint64_t kBytesPerBandSample = 64;
   constexpr std::uint64_t kBytesPerKeptSample = 4 * sizeof(float) + 1;
   // Memory for mip levels: a third of that for the maps, and 8 bytes per texel for a copy of the largest map's levels
@@ -107,7 +107,7 @@ std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> row
 }  // namespace
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-               ImageStorage storage, std::uint32_t finer, bool checks)
+               ImageStorage storage, std::uint32_t footprint_divisor, bool is_reference)
     : rows_(context_of(source.device), options) {
   own_rows_ = own_rows(options);
   const bool by_rows =
@@ -117,7 +117,8 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
                    peak_bytes(options, own_rows_, band_samples(source, options), by_rows));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
-  const MapRequest request{source, surface, options, shared_results_, finer, checks};
+  const MapRequest request{source,          surface,           options,
+                           shared_results_, footprint_divisor, is_reference};
   band_reads_ = request.reads();
   const auto add = [&](const MapRow& row) {
     if (std::any_of(layers_.begin(), layers_.end(),
@@ -134,12 +135,12 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
     if (layer.rows) continue;
     const std::size_t values = coverage_.size() * layer.image.channels;
     layer.image.pixels.reserve(values);
-    untouched_bytes_ += values * sizeof(float);
+    unwritten_bytes_ += values * sizeof(float);
   }
-  count_unwritten(static_cast<std::int64_t>(untouched_bytes_));
+  count_unwritten(static_cast<std::int64_t>(unwritten_bytes_));
 }
 
-Layers::~Layers() { count_unwritten(-static_cast<std::int64_t>(untouched_bytes_)); }
+Layers::~Layers() { count_unwritten(-static_cast<std::int64_t>(unwritten_bytes_)); }
 
 void Layers::extend(Image& image, std::size_t texels) {
   std::vector<float>& pixels = image.pixels;
@@ -152,7 +153,7 @@ void Layers::extend(Image& image, std::size_t texels) {
     os::populate_pages(first + begin, end - begin);
   });
   pixels.resize(new_size);
-  untouched_bytes_ -= bytes;
+  unwritten_bytes_ -= bytes;
   count_unwritten(-static_cast<std::int64_t>(bytes));
 }
 
@@ -265,10 +266,11 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
       mip_options.missed = {1, -1, 1, 0};
     }
     std::int32_t gutter = options.encoding.gutter;
-    const bool by_opacity = layers_[l].row->weighted && opacity != layers_.end();
-    const ChartMap weighted = by_opacity ? weigh_by_opacity(opacity->image, charts) : ChartMap();
-    for (MipLevel& level :
-         make_mips(layers_[l].image, coverage_, by_opacity ? weighted : charts, mip_options)) {
+    const bool is_weighted_by_opacity = layers_[l].row->weighted && opacity != layers_.end();
+    const ChartMap weighted =
+        is_weighted_by_opacity ? weigh_by_opacity(opacity->image, charts) : ChartMap();
+    for (MipLevel& level : make_mips(layers_[l].image, coverage_,
+                                     is_weighted_by_opacity ? weighted : charts, mip_options)) {
       if (gutter > 0) gutter = std::max(2, gutter / 2);
       pad(context, map, options, gutter, level.image, level.coverage);
       encode_texels(map, options, level.coverage, level.image);
@@ -283,11 +285,11 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
                                           std::size_t first, std::vector<Image>& images,
                                           std::vector<std::uint8_t>& coverage,
                                           std::uint64_t& padded) const {
-  const bool missed =
+  const bool has_missed_texels =
       std::find(coverage_.begin(), coverage_.end(), kCoverageMissed) != coverage_.end();
   // Maps of ids need their own padding rules if texels were missed, or if padding is unlimited.
   const auto needs_own_rules = [&](const MapInfo& map) {
-    return map.type == MapType::id && (missed || options.encoding.gutter < 0);
+    return map.type == MapType::id && (has_missed_texels || options.encoding.gutter < 0);
   };
   const MapInfo& map = layers_[first].row->info;
   coverage = coverage_;
@@ -306,7 +308,7 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
     const MapInfo& other = layers_[l].row->info;
     const GutterOptions other_gutter = padding_rules(other, options, options.encoding.gutter);
     if (layers_[l].rows || other.type == MapType::coverage || needs_own_rules(other)) continue;
-    if (missed && other_gutter.fill_missed != gutter.fill_missed) continue;
+    if (has_missed_texels && other_gutter.fill_missed != gutter.fill_missed) continue;
     same_rule_maps.push_back(l);
     gutter_images.push_back({&images[l], other_gutter.unit_vectors});
   }
@@ -337,7 +339,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
         pad_with(context, options, first, images, full_coverage, count);
     for (const std::size_t l : same_rule_maps) {
       const MapInfo& map = layers_[l].row->info;
-      if (drawn != nullptr && layers_[l].row->shades) {
+      if (drawn != nullptr && layers_[l].row->is_shading_normal) {
         *drawn = normals_as_rendered(map, options, full_coverage, images[l]);
       }
       encode_texels(map, options, full_coverage, images[l]);

@@ -20,19 +20,21 @@ struct Layer {
   const MapRow* row = nullptr;
   std::unique_ptr<MapMaker> map_maker;
   Image image;
-  std::optional<std::size_t> rows;  ///< Number in RowFinisher, if the map is finished row by row
+  /// The map's number in RowFinisher, if it is finished row by row
+  std::optional<std::size_t> rows;
 };
 
-/// Storage of the maps' texels: whole images; for the maps that allow it, only the rows that are being finished; none,
-/// for callers that store texels themselves.
+/// How the maps' texels are stored: as whole images; only the rows that are being finished, for maps that allow it; or
+/// not at all, for callers that store texels themselves.
 enum class ImageStorage { whole, rows, none };
 
 class Layers {
  public:
   /// Creates a layer for each requested map.
-  /// \param finer, checks  see MapRequest
+  /// \param footprint_divisor, is_reference  see MapRequest
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-         ImageStorage storage = ImageStorage::whole, std::uint32_t finer = 1, bool checks = false);
+         ImageStorage storage = ImageStorage::whole, std::uint32_t footprint_divisor = 1,
+         bool is_reference = false);
 
   ~Layers();
   Layers(const Layers&) = delete;
@@ -94,7 +96,7 @@ class Layers {
 
   /// The padding texels that copy each texel. Requires finite padding that fills no missed texels.
   Adjacency padding_copies(cl::Context& context, std::int32_t texels) const;
-  /// Does the work of finish() for some texels and for the padding that copies them. All other texels must be finished
+  /// Finishes some texels, and the padding that copies them, as finish() does. All other texels must be finished
   /// already.
   void finish_texels(const BakeOptions& options, std::span<const std::size_t> places,
                      const Adjacency& padding, std::vector<BakedMap>& maps) const;
@@ -113,8 +115,8 @@ class Layers {
   std::vector<Layer> layers_;
   RowFinisher rows_;
   std::vector<std::uint8_t> coverage_;
-  // bytes of reserved images that are not written yet; see count_unwritten()
-  std::size_t untouched_bytes_ = 0;
+  // number of bytes of reserved images that are not written yet; see count_unwritten()
+  std::size_t unwritten_bytes_ = 0;
 };
 
 }  // namespace kiln

@@ -24,7 +24,7 @@ void check_alone(const BakeOptions& options) {
 /// Matches all samples of the low poly, without maps. \throws Cancelled
 MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions options,
                         const BakeProgress& progress) {
-  ask_for(options, {});
+  request_only(options, {});
   options.encoding.mips = false;
   options.report.keep_match = true;
   Clusters clusters;

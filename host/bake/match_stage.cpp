@@ -17,7 +17,7 @@ namespace {
 /// The search distance in units of the meshes' local frame (mesh/frame.h); see
 /// MatchOptions::max_distance for the default.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // A larger search distance would not find further points.
+  // A larger search distance would not find more points.
   constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
     return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
@@ -74,7 +74,7 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   request.samples = options.samples;
   request.distance = match_distance(options, surface, source.frame);
   if (options.match.near_distance) {
-    request.near = to_frame(*options.match.near_distance, source.frame);
+    request.near_distance = to_frame(*options.match.near_distance, source.frame);
   }
   if (options.match.cage) request.cage = to_frame(*options.match.cage, source.frame);
   request.cage_mesh = options.match.cage_mesh != nullptr;
@@ -129,7 +129,7 @@ SheetDistances sheet_distances(const BakeOptions& options, const LowSurface& sur
   const bool is_distance_given =
       options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
   const bool uses_sheet_distance =
-      any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_distance; });
+      any_match_or_fallback(options, [](const MatchRow& row) { return row.uses_sheet_distance; });
   if (is_distance_given || options.match.saved != nullptr || !uses_sheet_distance) return {};
   return *surface.made->get<SheetDistances>([&] { return SheetDistances(surface); });
 }
@@ -145,7 +145,7 @@ void add_notes(MatchNotes notes, BakeReport& report) {
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
   const bool searches_bvh =
-      any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
+      any_match_or_fallback(options, [](const MatchRow& row) { return row.is_refittable; }) &&
       (options.match.saved == nullptr || !options.match.fallback.empty());
   const std::uint64_t count = searches_bvh ? source.duplicates() : 0;
   if (count == 0) return;
@@ -191,7 +191,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
                         report.warnings);
     }
   }
-  const double built = source.stats().build_seconds;
+  const double build_seconds_before = source.stats().build_seconds;
   MatchNotes notes;
   std::unique_ptr<Matcher> matcher;
   if (options.match.saved != nullptr) {
@@ -214,7 +214,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   }
   add_notes(std::move(notes), report);
   warn_about_duplicates(source, options, report);
-  report.seconds_build += source.stats().build_seconds - built;
+  report.seconds_build += source.stats().build_seconds - build_seconds_before;
   return matcher;
 }
 

@@ -43,7 +43,7 @@ void MethodTransitions::record_band(BandReads& reads, const TexelBand& band,
 TransitionReport MethodTransitions::measure(const Image& image) const {
   struct Sums {
     std::uint64_t switched_pairs = 0, same_method_pairs = 0;
-    double sum_across = 0, sum_elsewhere = 0;
+    double switched_sum = 0, same_method_sum = 0;
   };
   constexpr std::size_t kRowsPerBlock = 64;
   const std::size_t rows = texel_methods_.size() / width_;
@@ -60,7 +60,7 @@ TransitionReport MethodTransitions::measure(const Image& image) const {
           const Vec3d b = texel_value(image, j);
           const double angle = std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
           const bool switched_pairs = texel_methods_[i] != texel_methods_[j];
-          (switched_pairs ? sums.sum_across : sums.sum_elsewhere) += angle;
+          (switched_pairs ? sums.switched_sum : sums.same_method_sum) += angle;
           ++(switched_pairs ? sums.switched_pairs : sums.same_method_pairs);
         };
         if (x + 1 < width_) compare(i + 1);
@@ -72,15 +72,15 @@ TransitionReport MethodTransitions::measure(const Image& image) const {
   for (const Sums& sums : block_sums) {
     total.switched_pairs += sums.switched_pairs;
     total.same_method_pairs += sums.same_method_pairs;
-    total.sum_across += sums.sum_across;
-    total.sum_elsewhere += sums.sum_elsewhere;
+    total.switched_sum += sums.switched_sum;
+    total.same_method_sum += sums.same_method_sum;
   }
   TransitionReport report;
   report.sides = total.switched_pairs;
   if (total.switched_pairs != 0)
-    report.mean_degrees = total.sum_across / static_cast<double>(total.switched_pairs);
+    report.mean_degrees = total.switched_sum / static_cast<double>(total.switched_pairs);
   if (total.same_method_pairs != 0)
-    report.elsewhere_degrees = total.sum_elsewhere / static_cast<double>(total.same_method_pairs);
+    report.elsewhere_degrees = total.same_method_sum / static_cast<double>(total.same_method_pairs);
   return report;
 }
 

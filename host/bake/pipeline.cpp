@@ -21,7 +21,7 @@ namespace {
 // Progress at which stages begin, as a share of the bake.
 constexpr double kBlendProgress = 0.97, kMipsProgress = 0.97, kPaddingProgress = 0.98;
 
-/// Cached advice about the low poly's coordinates, see coarse_steps().
+/// Cached advice about the precision of the low poly's coordinates; see coarse_steps().
 struct CoarseAdvice {
   std::string advice;
 };
@@ -50,7 +50,8 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
       sample_directions_(make_directions()),
       sheet_distances_(sheet_distances(scene.options, surface_)),
       layers_(streamed_part_ != nullptr ? *streamed_part_ : scene.high, surface_, scene.options,
-              scene.open_rows != nullptr ? ImageStorage::rows : ImageStorage::whole, scene.finer) {
+              scene.open_rows != nullptr ? ImageStorage::rows : ImageStorage::whole,
+              scene.footprint_divisor) {
   const BakeOptions& options = scene_.options;
   if (scene_.high.is_streamed()) refuse_streaming(options);
   if (options.match.saved == nullptr) result_.report.cage_mesh = cage_.report(surface_);
@@ -132,7 +133,7 @@ PipelineBand& Pipeline::load_band(std::uint32_t number) {
 bool Pipeline::keeps_matcher() const {
   const BakeOptions& options = scene_.options;
   return options.match.saved == nullptr && options.match.parts == nullptr &&
-         !any_in_chain(options, [](const MatchRow& row) { return !row.is_refittable; });
+         !any_match_or_fallback(options, [](const MatchRow& row) { return !row.is_refittable; });
 }
 
 void Pipeline::prepare_match(Clusters& clusters) {
@@ -157,7 +158,7 @@ void Pipeline::prepare_copies() {
   const BakeOptions& options = scene_.options;
   copy_check_.reset();
   if (band_storage_ == BandStorage::kept || surface_.copy_of.empty() ||
-      options.match.saved != nullptr || match_row(options.match.method).at_uvs != nullptr)
+      options.match.saved != nullptr || match_row(options.match.method).find_at_uvs != nullptr)
     return;
   if (scene_.high.is_streamed()) {
     matcher_warnings_.push_back(
@@ -265,9 +266,10 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
     matcher_->measure(band.texels, band.match);
   }
   context_.finish();
-  const double building = scene_.high.stats().build_seconds - source_seconds_before;  // of chunks
-  result_.report.seconds_build += building;
-  result_.report.seconds_match += stopwatch_.lap() - building;
+  const double build_seconds_of_bake =
+      scene_.high.stats().build_seconds - source_seconds_before;  // of chunks
+  result_.report.seconds_build += build_seconds_of_bake;
+  result_.report.seconds_match += stopwatch_.lap() - build_seconds_of_bake;
   if (streamed_part_ == nullptr) return;
   streamed_part_->read_matched(band.match);
   layers_.invalidate_source_results();
@@ -307,10 +309,11 @@ void Pipeline::finish_match(bool first_time) {
   const std::vector<Warning>& sampling = sampler_.report().warnings;
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
   warn_of_normals(scene_.low, report.warnings);
-  const auto coarse = surface_.made->get<CoarseAdvice>(
+  const auto coarse_advice = surface_.made->get<CoarseAdvice>(
       [&] { return CoarseAdvice{coarse_steps(scene_.low, scene_.high.frame)}; });
-  if (!coarse->advice.empty()) {
-    report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse->advice, 1});
+  if (!coarse_advice->advice.empty()) {
+    report.warnings.push_back(
+        {"coarse-low", "'" + scene_.low.name + "': " + coarse_advice->advice, 1});
   }
   if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->mismatch.empty()) {
     report.warnings.push_back({"cage-no-copy",
@@ -429,7 +432,7 @@ void Pipeline::measure_errors(Clusters& clusters) {
 double Pipeline::max_point_distance() const {
   const BakeOptions& options = scene_.options;
   const bool has_max_distance =
-      options.match.saved == nullptr && !any_in_chain(options, [](const MatchRow& row) {
+      options.match.saved == nullptr && !any_match_or_fallback(options, [](const MatchRow& row) {
         return !obeys(row.info, "match.max_distance");
       });
   if (!has_max_distance) return scene_.high.frame.diagonal;

@@ -29,9 +29,9 @@ struct PipelineBand {
 /// Memory of bands: each band reuses that of the previous one, or all bands are kept on the device for further bakes.
 enum class BandStorage { reused, kept };
 
-/// Steps that a pass over the bands runs.
+/// Selects the steps that a pass over the bands runs.
 struct Pass {
-  bool match = true;              ///< Match the samples again
+  bool match = true;              ///< Matches the samples again
   bool update_distances = false;  ///< Keep the matched points, and update their distances
   bool compute_maps = true;       ///< Compute all maps from the matched points
 };
@@ -43,7 +43,7 @@ class Pipeline {
     const Source::Impl& high;
     const Mesh& low;
     const BakeOptions& options;
-    std::uint32_t finer = 1;  ///< Refinement of maps' own sampling; see MapRequest::finer
+    std::uint32_t footprint_divisor = 1;  ///< See MapRequest::footprint_divisor
     /// For maps that are finished row by row; null: all images stay in memory
     const OpenMapRows* open_rows = nullptr;
   };
@@ -54,7 +54,7 @@ class Pipeline {
   /// \param drawn  see Layers::finish(); null: not computed
   BakeResult run(Clusters& clusters, Image* drawn = nullptr);
 
-  // Single stages, for callers that bake the same scene repeatedly
+  // Single stages of a bake, for callers that bake the same scene repeatedly
 
   /// Samples all bands and keeps them. Requires BandStorage::kept.
   void sample();
@@ -127,7 +127,7 @@ class Pipeline {
   std::vector<PipelineBand> bands_;  // The current band; with BandStorage::kept, all bands
   bool has_stored_bands_ = false;    // true once all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
-  std::optional<CopyCheck> copy_check_;    // set if triangles share texels
+  std::optional<CopyCheck> copy_check_;    // set if there are triangles that share texels
   std::vector<Warning> matcher_warnings_;  // warnings of the matcher's construction
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;

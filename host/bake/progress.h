@@ -13,7 +13,7 @@ namespace kiln {
 class BakeProgress {
  public:
   explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
-      : callback_(std::move(callback)), from_(from), to_(to) {}
+      : callback_(std::move(callback)), begin_share_(from), end_share_(to) {}
 
   /// Returns the progress of a sub-part, from and to shares of this part.
   BakeProgress part(double from, double to) const {
@@ -31,10 +31,12 @@ class BakeProgress {
   }
 
  private:
-  double share_of_whole(double done) const { return from_ + (to_ - from_) * done; }
+  double share_of_whole(double done) const {
+    return begin_share_ + (end_share_ - begin_share_) * done;
+  }
 
   Progress callback_;
-  double from_, to_;
+  double begin_share_, end_share_;
 };
 
 /// Returns the result of `work`; if it was cancelled, an empty result that `mark` marks as cancelled.

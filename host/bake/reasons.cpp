@@ -61,46 +61,47 @@ class ReasonFinder {
     const std::vector<std::size_t> elements = sample_elements(context_, band, match_);
     std::vector<float> points(std::size_t{7} * band.capacity);
     band.points.read(context_, points);
-    std::vector<std::uint32_t> triangle(band.sample_count), missed;
+    std::vector<std::uint32_t> triangle(band.sample_count), missed_samples;
     band.triangle.read(context_, triangle);
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
       const SampleStatus status = match_.status_of(elements[i]);
       if (status == SampleStatus::missed) {
-        missed.push_back(i);
+        missed_samples.push_back(i);
       } else {
         record_reason(status == SampleStatus::outermost ? Reason::passed_over : Reason::found,
                       elements[i], points, band.capacity, i, 0);
       }
     }
-    if (missed.empty()) return;
-    const auto count = static_cast<std::uint32_t>(missed.size());
-    const cl::Array<float> rays = SamplePick(context_, missed).of(band.points, band.capacity, 7);
+    if (missed_samples.empty()) return;
+    const auto count = static_cast<std::uint32_t>(missed_samples.size());
+    const cl::Array<float> rays =
+        SamplePick(context_, missed_samples).of(band.points, band.capacity, 7);
     RayQuery two_sided = query_, unlimited = query_;
     two_sided.two_sided = true;
     unlimited.t_max = kMaxRayLength;
     if (!unlimited.inward) unlimited.t_min = -kMaxRayLength;
-    const HostCorrespondence repeated = cast(rays, count, query_),
-                             back = cast(rays, count, two_sided),
-                             farther = cast(rays, count, unlimited);
+    const HostCorrespondence repeated_hits = cast(rays, count, query_),
+                             back_hits = cast(rays, count, two_sided),
+                             farther_hits = cast(rays, count, unlimited);
     for (std::uint32_t k = 0; k < count; ++k) {
-      const std::uint32_t i = missed[k];
+      const std::uint32_t i = missed_samples[k];
       Reason reason = Reason::nothing;
       if (hits_own_back(triangle[i], points, band.capacity, i)) {
         reason = Reason::folded;
-      } else if (repeated.triangle[k] != KILN_NO_TRIANGLE) {
+      } else if (repeated_hits.triangle[k] != KILN_NO_TRIANGLE) {
         reason = is_beyond_inner_shell() ? Reason::far : Reason::other_part;
-      } else if (back.triangle[k] != KILN_NO_TRIANGLE) {
+      } else if (back_hits.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::back_face;
-      } else if (farther.triangle[k] != KILN_NO_TRIANGLE) {
+      } else if (farther_hits.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::far;
       }
-      record_reason(
-          reason, elements[i], points, band.capacity, i,
-          reason == Reason::far
-              ? std::abs(double{is_beyond_inner_shell() && repeated.triangle[k] != KILN_NO_TRIANGLE
-                                    ? repeated.distance[k]
-                                    : farther.distance[k]})
-              : 0);
+      record_reason(reason, elements[i], points, band.capacity, i,
+                    reason == Reason::far
+                        ? std::abs(double{is_beyond_inner_shell() &&
+                                                  repeated_hits.triangle[k] != KILN_NO_TRIANGLE
+                                              ? repeated_hits.distance[k]
+                                              : farther_hits.distance[k]})
+                        : 0);
     }
   }
 
@@ -169,7 +170,7 @@ std::array<ReasonInfo, 8> reason_infos() {
        {170, 220, 60}},
       {Reason::other_part,
        "other_part",
-       "missed: only parts that are not paired lie there; check the pairs of parts",
+       "missed: the surface there belongs to a part that is not paired; check the pairs of parts",
        {60, 120, 230}},
       {Reason::back_face,
        "back_face",
@@ -182,7 +183,7 @@ std::array<ReasonInfo, 8> reason_infos() {
        {250, 230, 60}},
       {Reason::folded,
        "folded",
-       "missed: rays leave LOW's face on its back; repair the fold, or its normals",
+       "missed: the ray hits the back of LOW's own face; repair the fold, or LOW's normals",
        {150, 60, 200}},
       {Reason::nothing,
        "nothing",

@@ -187,29 +187,30 @@ std::string describe_triangle(const Mesh& mesh, std::uint32_t triangle) {
   return "triangle " + std::to_string(triangle) + (names.empty() ? "" : " (" + names + ")");
 }
 
-void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
+void warn_about_small_charts(const SmallCharts& small_charts, const Mesh& low,
                              std::vector<Warning>& warnings) {
-  if (small.triangles.empty()) return;
+  if (small_charts.triangles.empty()) return;
   const auto to_text = [](std::size_t count) { return std::to_string(count); };
-  std::string message = to_text(small.triangles.size()) +
+  std::string message = to_text(small_charts.triangles.size()) +
                         " triangles of the low poly are in charts that contain no texel centre. ";
-  if (!small.texels.empty()) {
-    const AssignedTexel& texel = small.texels.front();
-    message += "Of these, " +
-               to_text(small.triangles.size() - small.triangles_without_texel.size()) +
-               " use free texels nearby (" + to_text(small.texels.size()) + "), for example " +
-               describe_triangle(low, texel.triangle) + " that of column " + to_text(texel.column) +
-               ", row " + to_text(texel.row) + ". ";
+  if (!small_charts.texels.empty()) {
+    const AssignedTexel& texel = small_charts.texels.front();
+    message +=
+        "Of these, " +
+        to_text(small_charts.triangles.size() - small_charts.triangles_without_texel.size()) +
+        " use free texels nearby (" + to_text(small_charts.texels.size()) + "); for example, " +
+        describe_triangle(low, texel.triangle) + " uses the texel in column " +
+        to_text(texel.column) + ", row " + to_text(texel.row) + ". ";
   }
-  if (!small.triangles_without_texel.empty()) {
-    message += to_text(small.triangles_without_texel.size()) +
+  if (!small_charts.triangles_without_texel.empty()) {
+    message += to_text(small_charts.triangles_without_texel.size()) +
                " have no free texel within 8 texels and are not baked: " +
-               describe_triangle(low, small.triangles_without_texel.front());
+               describe_triangle(low, small_charts.triangles_without_texel.front());
     // Further triangles with the same names would add no information.
     std::set<std::string> seen_names;
-    seen_names.insert(triangle_names(low, small.triangles_without_texel.front()));
+    seen_names.insert(triangle_names(low, small_charts.triangles_without_texel.front()));
     std::size_t remaining_count = 0;
-    for (const std::uint32_t t : small.triangles_without_texel) {
+    for (const std::uint32_t t : small_charts.triangles_without_texel) {
       if (!seen_names.insert(triangle_names(low, t)).second) continue;
       if (seen_names.size() <= kMaxNamedTriangles) {
         message += ", " + describe_triangle(low, t);
@@ -222,7 +223,7 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
     message += ". ";
   }
   message += "Enlarge these charts, or the map.";
-  warnings.push_back({"uv-small", message, small.triangles.size()});
+  warnings.push_back({"uv-small", message, small_charts.triangles.size()});
 }
 
 }  // namespace kiln

@@ -28,7 +28,8 @@ std::uint32_t band_samples(const Source::Impl& high, const BakeOptions& options)
 /// Resets counts of samples to 0.
 void clear_counts(BakeReport& report);
 
-/// Adds a band's correspondence to the report. Distances are summed per block in a fixed order.
+/// Adds the statistics of a band's correspondence to the report. Distances are summed per block in
+/// a fixed order.
 /// \param reads  the band's arrays on the host
 /// \param unit   world units per frame unit
 void count_samples(BandReads& reads, const DeviceCorrespondence& match, double unit,

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-// Values per task of copies and fills
+// Number of values in one task of a parallel copy or fill
 constexpr std::size_t kValuesPerTask = std::size_t{1} << 18;
 
 void copy_values(const float* from, std::size_t count, float* to) {
@@ -47,7 +47,8 @@ std::span<float> RowFinisher::rows(std::size_t map, std::uint32_t first_row,
   return std::span(window.pixels).subspan((first_row - first_row_) * row, row_count * row);
 }
 
-void RowFinisher::pass_on(Map& map, std::span<const std::uint8_t> coverage, std::uint32_t end_row) {
+void RowFinisher::pass_rows_on(Map& map, std::span<const std::uint8_t> coverage,
+                               std::uint32_t end_row) {
   finished_.width = map.window.width;
   finished_.height = end_row - final_end_;
   finished_.channels = map.window.channels;
@@ -71,10 +72,11 @@ void RowFinisher::finish(std::span<std::uint8_t> coverage) {
                               coverage.subspan(first_row_ * width, (end_row_ - first_row_) * width),
                               padding_, {final_end_ - first_row_, end_row - first_row_});
   for (Map& map : maps_) {
-    pass_on(map, coverage.subspan(final_end_ * width, (end_row - final_end_) * width), end_row);
+    pass_rows_on(map, coverage.subspan(final_end_ * width, (end_row - final_end_) * width),
+                 end_row);
   }
   final_end_ = end_row;
-  // Rows that later rows may copy stay in the window
+  // Rows stay in the window as long as later rows may copy from them
   const std::uint32_t first_row = end_row > padding_ ? end_row - padding_ : 0;
   for (Map& map : maps_) {
     const std::size_t row = std::size_t{map.window.width} * map.window.channels;

@@ -26,7 +26,7 @@ class RowFinisher {
   /// Sets the receiver of a map's rows.
   void set_target(std::size_t map, MapRows& target) { maps_[map].target = &target; }
 
-  /// Appends rows of zeros to all maps, unless they are there already.
+  /// Appends rows of zeros to all maps up to row `end_row`, unless they have these rows already.
   void extend(std::uint32_t end_row);
   /// The values of rows [first_row, first_row + row_count) of a map, which were appended and are not final.
   std::span<float> rows(std::size_t map, std::uint32_t first_row, std::uint32_t row_count);
@@ -43,14 +43,14 @@ class RowFinisher {
     MapRows* target = nullptr;
   };
 
-  void pass_on(Map& map, std::span<const std::uint8_t> coverage, std::uint32_t end_row);
+  void pass_rows_on(Map& map, std::span<const std::uint8_t> coverage, std::uint32_t end_row);
 
   cl::Context& context_;
   const BakeOptions& options_;
   std::uint32_t padding_;
   std::deque<Map> maps_;
   Image finished_;               // Rows that are passed on
-  std::uint32_t first_row_ = 0;  // First row of the windows
+  std::uint32_t first_row_ = 0;  // First row of the maps' windows
   std::uint32_t final_end_ = 0;  // End of the rows that were passed on
   std::uint32_t end_row_ = 0;    // End of the windows
   std::uint64_t padded_ = 0;

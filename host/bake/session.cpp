@@ -46,7 +46,7 @@ const BakeOptions& check_vertices(const BakeOptions& options) {
   return options;
 }
 
-/// Marks the source as moving. The pipeline must be constructed afterwards.
+/// Marks the source as one whose vertices will move. The pipeline must be constructed afterwards.
 Source::Impl& mark_as_moving(Source::Impl& source) {
   source.will_move = true;
   return source;
@@ -80,14 +80,15 @@ bool BakeSession::Impl::padding_is_copied() {
 }
 
 /// Runs the stages that a change requires.
-void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change, bool any_moved) {
+void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change,
+                                  bool has_moved_vertices) {
   Layers& layers = pipeline.layers();
   Pass pass;
-  pass.match = !baked || (any_moved && !pipeline.keeps_surface_points());
-  pass.update_distances =
-      !pass.match && any_moved && (options.report.keep_match || layers.any_map_follows_positions());
+  pass.match = !baked || (has_moved_vertices && !pipeline.keeps_surface_points());
+  pass.update_distances = !pass.match && has_moved_vertices &&
+                          (options.report.keep_match || layers.any_map_follows_positions());
   pass.compute_maps = pass.match || normal_change.rebuilt || layers.any_map_reads_around() ||
-                      (any_moved && layers.any_map_follows_positions());
+                      (has_moved_vertices && layers.any_map_follows_positions());
   if (pass.match) {
     pipeline.prepare_match(visibility);
     texels.invalidate();
@@ -117,14 +118,14 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change, 
 
 const BakeResult& BakeSession::Impl::bake() {
   update = {};
-  const bool any_moved = !moved.items().empty();
-  if (baked && !any_moved && set.items().empty()) return pipeline.result();
+  const bool has_moved_vertices = !moved.items().empty();
+  if (baked && !has_moved_vertices && set.items().empty()) return pipeline.result();
   pipeline.restart_stopwatch();
   const HighPolyNormals::Change normal_change = update_source();
   pipeline.layers().invalidate_source_results();
   pipeline.context().finish();
   update.seconds_source = pipeline.lap();
-  bake_maps(normal_change, any_moved);
+  bake_maps(normal_change, has_moved_vertices);
   moved.clear();
   if (!baked) texels.prepare(options, padding_is_copied());
   baked = true;

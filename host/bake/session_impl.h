@@ -81,12 +81,12 @@ class SessionTexels {
   std::uint32_t width_;
   std::vector<Band> bands_;
   std::size_t count_ = 0;
-  // texels of each triangle of the high poly; empty: must be rebuilt
+  // texels that are matched to each triangle of the high poly; empty: must be rebuilt
   Adjacency texels_of_triangle_;
   Adjacency padding_;  // padding texels that copy each texel; empty: unknown
   std::vector<std::uint8_t> padded_coverage_;  // coverage for which padding_ was computed
   IndexSet chosen_texels_;
-  std::vector<std::size_t> places_;  // Indices in the map of the chosen texels
+  std::vector<std::size_t> places_;  // Indices of the chosen texels in the map
   std::vector<std::size_t> all_map_indices_;
 };
 
@@ -97,7 +97,7 @@ struct KILN_HIDDEN BakeSession::Impl {
   const BakeResult& bake();
   /// Applies moved vertices and changed normals. \returns the changed entries of the pool of normals
   HighPolyNormals::Change update_source();
-  void bake_maps(const HighPolyNormals::Change& normal_change, bool any_moved);
+  void bake_maps(const HighPolyNormals::Change& normal_change, bool has_moved_vertices);
 
   Mesh high, low;
   BakeOptions options;

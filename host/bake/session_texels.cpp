@@ -7,13 +7,13 @@
 namespace kiln {
 SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width)
     : pipeline_(pipeline), triangles_(triangles), width_(width) {
-  for (const PipelineBand& stored : pipeline.bands()) {
-    const std::uint32_t texels = stored.texels.texel_count;
+  for (const PipelineBand& stored_band : pipeline.bands()) {
+    const std::uint32_t texels = stored_band.texels.texel_count;
     Band band;
     band.index.resize(texels);
     band.first.resize(texels + std::size_t{1});
-    stored.texels.texel_index.read(pipeline.context(), band.index);
-    stored.texels.texel_first.read(pipeline.context(), band.first);
+    stored_band.texels.texel_index.read(pipeline.context(), band.index);
+    stored_band.texels.texel_first.read(pipeline.context(), band.first);
     band.first_texel = static_cast<std::uint32_t>(count_);
     count_ += texels;
     bands_.push_back(std::move(band));
@@ -57,9 +57,9 @@ void SessionTexels::index() {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     const Band& band = bands_[b];
-    const PipelineBand& on_device = pipeline_.bands()[b];
-    std::vector<std::uint32_t> triangle(on_device.texels.sample_count);
-    on_device.match.triangle.read(pipeline_.context(), triangle);
+    const PipelineBand& pipeline_band = pipeline_.bands()[b];
+    std::vector<std::uint32_t> triangle(pipeline_band.texels.sample_count);
+    pipeline_band.match.triangle.read(pipeline_.context(), triangle);
     for (std::uint32_t t = 0; t < band.index.size(); ++t) {
       for (std::uint32_t s = band.first[t]; s < band.first[t + 1]; ++s) {
         const bool is_repeated = s != band.first[t] && triangle[s] == triangle[s - 1];

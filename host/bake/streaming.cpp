@@ -25,7 +25,7 @@ std::string join_names(const std::vector<std::string_view>& names) {
 std::string streaming_maps() {
   std::vector<std::string_view> names;
   for (const MapRow& row : map_rows()) {
-    if (row.streams) names.push_back(row.info.kind.name);
+    if (row.supports_streaming) names.push_back(row.info.kind.name);
   }
   return join_names(names);
 }
@@ -35,7 +35,7 @@ std::string streaming_maps() {
 Message streaming_obstacle(const BakeOptions& options) {
   std::vector<std::string_view> maps;
   for (const MapKind kind : kinds_of(options)) {
-    if (!map_row(kind).streams) maps.push_back(kind.name);
+    if (!map_row(kind).supports_streaming) maps.push_back(kind.name);
   }
   for (const auto& map : options.transfers) maps.push_back(map.name);
   for (const auto& map : options.own_maps) maps.push_back(map.name);
@@ -47,11 +47,11 @@ Message streaming_obstacle(const BakeOptions& options) {
   const auto needs_whole_high_poly = [](const MatchRow& row) {
     return !row.supports_large_high_poly;
   };
-  if (options.match.saved == nullptr && any_in_chain(options, needs_whole_high_poly)) {
+  if (options.match.saved == nullptr && any_match_or_fallback(options, needs_whole_high_poly)) {
     return Message("the match needs the whole high poly in memory: match by ") +
            match_names([](const MatchRow& row) { return row.supports_large_high_poly; }) + ".";
   }
-  const auto needs = [](const Message& what) {
+  const auto needs_whole_mesh = [](const Message& what) {
     return what + " needs the whole high poly in memory: leave it out.";
   };
   const auto has_views = [](const OcclusionOptions& occlusion) {
@@ -63,13 +63,13 @@ Message streaming_obstacle(const BakeOptions& options) {
       })) {
     return Message("occlusion by views needs the whole high poly in memory: use rays.");
   }
-  if (options.color || options.opacity) return needs("a picture of the high poly");
-  if (options.match.saved != nullptr) return needs(option("match.saved"));
-  if (options.match.parts != nullptr) return needs(option("match.parts"));
-  if (options.match.fallback_blend > 0) return needs(option("match.fallback_blend"));
-  if (options.report.keep_match) return needs(option("report.keep_match"));
-  if (options.report.vertex_coverage) return needs(option("report.vertex_coverage"));
-  if (options.report.errors) return needs(option("report.errors"));
+  if (options.color || options.opacity) return needs_whole_mesh("a picture of the high poly");
+  if (options.match.saved != nullptr) return needs_whole_mesh(option("match.saved"));
+  if (options.match.parts != nullptr) return needs_whole_mesh(option("match.parts"));
+  if (options.match.fallback_blend > 0) return needs_whole_mesh(option("match.fallback_blend"));
+  if (options.report.keep_match) return needs_whole_mesh(option("report.keep_match"));
+  if (options.report.vertex_coverage) return needs_whole_mesh(option("report.vertex_coverage"));
+  if (options.report.errors) return needs_whole_mesh(option("report.errors"));
   return {};
 }
 

@@ -13,7 +13,7 @@ namespace {
 /// Checks options, and removes all maps from them.
 BakeOptions options_without_maps(BakeOptions options) {
   check_options(options);
-  ask_for(options, {});
+  request_only(options, {});
   options.encoding.mips = false;
   options.match.cage_mesh = nullptr;
   return options;
@@ -21,7 +21,7 @@ BakeOptions options_without_maps(BakeOptions options) {
 
 }  // namespace
 
-/// A pipeline that matches view by view: it keeps its bands, and computes no maps.
+/// A pipeline for matches that add one view at a time. It keeps its bands, and computes no maps.
 struct KILN_HIDDEN ViewSession::Impl {
   Impl(const Source& dense, const Mesh& low_mesh, const BakeOptions& wanted)
       : source(dense),

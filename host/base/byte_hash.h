@@ -47,7 +47,7 @@ class ByteHash {
   Fnv1a hash_;
 };
 
-/// Computes the hash that ByteHash gives for one array if its bytes are added in pieces. It buffers 16 MiB.
+/// Computes the ByteHash of an array whose bytes are added in pieces. It buffers 16 MiB.
 class PieceHash {
  public:
   /// \param size  sum of the sizes of all pieces

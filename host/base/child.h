@@ -16,7 +16,8 @@ enum class ChildEnd {
 
 struct ChildLimits {
   std::uint64_t seconds = 0;  ///< Limit of processor time; the wall-clock limit is ten times that
-  std::uint64_t bytes = 0;    ///< Limit of address space, in addition to this process's
+  /// Limit of the child's address space, in addition to what this process uses when it forks
+  std::uint64_t bytes = 0;
 };
 
 /// Forks, calls `work` in the child within limits, and waits until the child ends. Only the returned text is passed

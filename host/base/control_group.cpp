@@ -36,8 +36,8 @@ struct GroupNames {
 constexpr GroupNames kGroupNamesV2 = {"memory.max", "memory.current", "file", "shmem"};
 constexpr GroupNames kGroupNamesV1 = {"memory.limit_in_bytes", "memory.usage_in_bytes",
                                       "total_cache", "total_shmem"};
-/// Larger limits count as "no limit", for which version 1 reports a multiple of the page size just below
-/// 2^63.
+/// Larger limits count as "no limit", for which control groups of version 1 report a multiple of the
+/// page size just below 2^63.
 constexpr std::uint64_t kMaxRealLimit = std::uint64_t{1} << 62;
 
 std::uint64_t bytes_left_in_group(const std::string& folder, const GroupNames& names) {

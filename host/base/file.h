@@ -39,11 +39,12 @@ std::optional<FileStatus> query_file(const std::filesystem::path& path) noexcept
 std::optional<FileStatus> query_link(const std::filesystem::path& path) noexcept;
 std::optional<FileStatus> query_file(int file) noexcept;
 
-// Opens files; descriptors are not inherited by child programs.
-int open_to_read(
-    const std::filesystem::path& path) noexcept;  ///< Does not block until a pipe has a writer
-int open_to_write(
-    const std::filesystem::path& path) noexcept;  ///< Opens an existing file, such as a pipe
+// These functions open files whose descriptors are not inherited by child programs.
+
+/// Opens a file for reading. For a pipe, does not wait until the pipe has a writer.
+int open_to_read(const std::filesystem::path& path) noexcept;
+/// Opens an existing file for writing, such as a pipe.
+int open_to_write(const std::filesystem::path& path) noexcept;
 /// Creates a file; fails if it exists.
 int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
 /// Creates a file without a name; name_file() can assign one.
@@ -60,25 +61,25 @@ bool name_file(int file, const std::filesystem::path& name) noexcept;
 std::string path_of_open_file(int file);
 
 std::FILE* stream_of(int file) noexcept;  ///< For writing; closing the stream closes the file
-int file_of(std::FILE* stream) noexcept;  ///< File of a stream
+int descriptor_of_stream(std::FILE* stream) noexcept;  ///< File descriptor of a stream
 std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept;
 /// Calls read_at() until all bytes are read. \returns the number of bytes; fewer at the end of the file, with errno 0,
 /// or after an error, with its errno
 inline std::size_t read_fully(int file, std::uint64_t offset, void* to,
                               std::size_t bytes) noexcept {
-  std::size_t have = 0;
+  std::size_t total_bytes = 0;
   errno = 0;
-  while (have < bytes) {
-    const std::ptrdiff_t got =
-        read_at(file, offset + have, static_cast<char*>(to) + have, bytes - have);
-    if (got < 0 && errno == EINTR) {
+  while (total_bytes < bytes) {
+    const std::ptrdiff_t read_bytes = read_at(
+        file, offset + total_bytes, static_cast<char*>(to) + total_bytes, bytes - total_bytes);
+    if (read_bytes < 0 && errno == EINTR) {
       errno = 0;
       continue;
     }
-    if (got <= 0) break;
-    have += static_cast<std::size_t>(got);
+    if (read_bytes <= 0) break;
+    total_bytes += static_cast<std::size_t>(read_bytes);
   }
-  return have;
+  return total_bytes;
 }
 std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcept;
 
@@ -115,7 +116,7 @@ std::string name_key(const std::filesystem::path& path);
 /// console.
 bool is_device_name(const std::filesystem::path& path);
 
-// Async-signal-safe; takes fs::path::c_str().
+// Removes a file. Async-signal-safe, so the parameter is path.c_str(), not a path.
 bool remove_file(const std::filesystem::path::value_type* path) noexcept;
 /// Removes an empty folder.
 bool remove_folder(const std::filesystem::path::value_type* path) noexcept;
@@ -145,6 +146,6 @@ long process_id() noexcept;
 /// cannot see.
 const std::string& process_namespace_id();
 /// True if the process with this number has ended. Only valid for processes with the same process_namespace_id().
-bool is_gone(long process) noexcept;
+bool has_process_ended(long process) noexcept;
 
 }  // namespace kiln::os

@@ -15,7 +15,7 @@ namespace kiln {
                                                                 std::va_list values) {
 #ifndef _WIN32
   static const locale_t classic = newlocale(LC_ALL_MASK, "C", nullptr);
-  const locale_t before = uselocale(classic);
+  const locale_t previous_locale = uselocale(classic);
 #endif
   std::va_list values_copy;
   va_copy(values_copy, values);
@@ -23,7 +23,7 @@ namespace kiln {
   std::vsnprintf(text.data(), text.size() + 1, format, values_copy);
   va_end(values_copy);
 #ifndef _WIN32
-  uselocale(before);
+  uselocale(previous_locale);
 #endif
   return text;
 }

@@ -19,8 +19,8 @@ thread_local InputLog* own_log = nullptr;
 
 std::string absolute_text(const fs::path& path) {
   std::error_code error;
-  const fs::path whole = os::absolute(path, error);
-  return os::normal(error ? path : whole).string();
+  const fs::path full_path = os::absolute(path, error);
+  return os::normal(error ? path : full_path).string();
 }
 
 /// Calls a function for the calling thread's log, or for all logs if the thread has none.
@@ -55,16 +55,16 @@ InputLog::Inputs InputLog::inputs() const {
 }
 
 void InputLog::add(const fs::path& path) {
-  const std::string whole = absolute_text(path);
+  const std::string full_path = absolute_text(path);
   {
     const std::lock_guard lock(mutex_);
-    if (inputs_.files.count(whole) != 0) return;
+    if (inputs_.files.count(full_path) != 0) return;
   }
   // The identity is determined before the caller reads the file: if the file changes later, the recorded identity
   // differs from the new one.
-  std::string identity = identify_(whole);
+  std::string identity = identify_(full_path);
   const std::lock_guard lock(mutex_);
-  inputs_.files.try_emplace(whole, std::move(identity));
+  inputs_.files.try_emplace(full_path, std::move(identity));
 }
 
 InputLogScope::InputLogScope(InputLog* log) noexcept : before_(own_log) { own_log = log; }
@@ -80,7 +80,7 @@ void register_missing_file(const fs::path& path) {
   if (log_count == 0) return;
   for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
-    log.inputs_.absent.insert(absolute_text(path));
+    log.inputs_.missing_files.insert(absolute_text(path));
   });
 }
 

@@ -11,7 +11,8 @@
 
 namespace kiln {
 
-/// Files that were read, files that were missing, and answers of queries about folders. Thread-safe.
+/// Log of the files that were read, the files that were missing, and the answers to queries about
+/// folders. Thread-safe.
 class InputLog {
  public:
   /// \param identify  identity of a file's contents; called before a file's first read
@@ -23,8 +24,9 @@ class InputLog {
   struct Inputs {
     /// Identity of each file's contents, by absolute path
     std::map<std::string, std::string> files;
-    std::set<std::string> absent;  ///< Absolute paths
-    /// Answers by absolute path and query. Queries: "tiles" of a name, "named crate.png" of a folder
+    std::set<std::string> missing_files;  ///< Absolute paths
+    /// Answer of each query, by absolute path and query. The query "tiles" is about a file name with
+    /// a placeholder for tiles, "named crate.png" about a folder.
     std::map<std::pair<std::string, std::string>, std::string> answers;
   };
   Inputs inputs() const;

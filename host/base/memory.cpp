@@ -48,7 +48,8 @@ std::uint64_t free_memory() {
 std::uint64_t memory_limit() {
   const std::uint64_t set = explicit_limit;
   if (set != 0) return set;
-  // The variable has no dynamic initializer, since its allocations would query the limit recursively.
+  // The variable has no dynamic initializer, since allocations of an initializer would query the
+  // limit recursively.
   static std::atomic<std::uint64_t> cached_limit{0};
   std::uint64_t known_limit = cached_limit;
   if (known_limit != 0) return known_limit;
@@ -59,9 +60,10 @@ std::uint64_t memory_limit() {
 void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }
 
 std::uint64_t memory_left() {
-  const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, unwritten_bytes));
+  const auto future_bytes = static_cast<std::uint64_t>(std::max<std::int64_t>(0, unwritten_bytes));
   return remaining_bytes(
-      std::min(remaining_bytes(memory_limit(), os::resident_memory()), free_memory()), more);
+      std::min(remaining_bytes(memory_limit(), os::resident_memory()), free_memory()),
+      future_bytes);
 }
 
 void count_unwritten(std::int64_t bytes) noexcept { unwritten_bytes += bytes; }
@@ -86,8 +88,9 @@ bool may_allocate(std::size_t bytes) {
     return true;
   unchecked_bytes = 0;
   const auto fits = [bytes] {
-    const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, unwritten_bytes));
-    return os::resident_memory() + more + bytes <= memory_limit();
+    const auto future_bytes =
+        static_cast<std::uint64_t>(std::max<std::int64_t>(0, unwritten_bytes));
+    return os::resident_memory() + future_bytes + bytes <= memory_limit();
   };
   if (fits()) return true;
   os::return_free_blocks();

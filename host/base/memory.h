@@ -27,7 +27,8 @@ std::uint64_t peak_resident_bytes() noexcept;
 /// subtracted from memory_left(). \param bytes negative when the memory is written or freed
 void count_unwritten(std::int64_t bytes) noexcept;
 
-/// During its lifetime, reserves memory for later work, so that a lack of memory is detected when the work starts.
+/// During its lifetime, counts memory that later work will allocate as used, so that a lack of memory is detected
+/// before the work starts.
 class ReservedMemory {
  public:
   explicit ReservedMemory(std::uint64_t bytes) noexcept : bytes_(static_cast<std::int64_t>(bytes)) {
@@ -56,7 +57,7 @@ bool may_allocate(std::size_t bytes);
 /// are left"
 using MemoryFailure = std::function<void(const std::string& problem)>;
 
-/// A MemoryFailure for stages. \throws Error(internal)
+/// Reports a lack of memory in a stage; a MemoryFailure. \throws Error(internal)
 [[noreturn]] void fail_for_stage(const std::string& problem);
 
 /// Checks the budget before a large allocation; calls `fail` if it does not fit. Takes tens of microseconds;

@@ -1,4 +1,4 @@
-// Formats options for messages.
+// Formats the names of options for messages.
 #pragma once
 
 #include <string_view>

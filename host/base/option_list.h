@@ -13,9 +13,10 @@ inline bool contains_option(std::string_view list, std::string_view option) {
     return path.starts_with(group) && (path.size() == group.size() || path[group.size()] == '.');
   };
   while (!list.empty()) {
-    const std::string_view listed = list.substr(0, list.find(' '));
-    if (is_within(option, listed) || is_within(listed, option)) return true;
-    list.remove_prefix(listed.size() == list.size() ? listed.size() : listed.size() + 1);
+    const std::string_view listed_option = list.substr(0, list.find(' '));
+    if (is_within(option, listed_option) || is_within(listed_option, option)) return true;
+    list.remove_prefix(listed_option.size() == list.size() ? listed_option.size()
+                                                           : listed_option.size() + 1);
   }
   return false;
 }

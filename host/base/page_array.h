@@ -58,9 +58,9 @@ class PageArray {
   PageArray(PageArray&& other) noexcept
       : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
   PageArray& operator=(PageArray&& other) noexcept {
-    PageArray taken(std::move(other));
-    std::swap(data_, taken.data_);
-    std::swap(size_, taken.size_);
+    PageArray moved_array(std::move(other));
+    std::swap(data_, moved_array.data_);
+    std::swap(size_, moved_array.size_);
     return *this;
   }
   PageArray(const PageArray&) = delete;

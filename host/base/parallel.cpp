@@ -56,8 +56,9 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
                      void (*call)(const void* body, std::size_t begin, std::size_t end),
                      int thread_limit) {
   const std::size_t pieces = (count + grain - 1) / grain;
-  const auto wanted = static_cast<std::size_t>(thread_limit > 0 ? thread_limit : thread_count());
-  const std::size_t threads = std::min(pieces, wanted);
+  const auto requested_threads =
+      static_cast<std::size_t>(thread_limit > 0 ? thread_limit : thread_count());
+  const std::size_t threads = std::min(pieces, requested_threads);
   if (threads <= 1) {
     for (std::size_t begin = 0; begin < count; begin += grain) {
       call(body, begin, std::min(count, begin + grain));

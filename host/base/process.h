@@ -51,16 +51,16 @@ void prepare_restart(char** argv, const std::string& variable);
 /// Restarts the program with the same arguments. Async-signal-safe. Returns only if that is impossible.
 void restart() noexcept;
 
-/// Tells in which of the two processes split_process() has returned.
+/// States in which of the two processes split_process() has returned, parent or child.
 struct SplitEnd {
   enum class Kind {
-    copy,    ///< The new process, which continues the work
-    waited,  ///< The old process, after the copy has ended
+    child,   ///< The child process, which continues the work
+    parent,  ///< The parent process, after the child has ended
     failed,  ///< No process could be created
   } kind = Kind::failed;
-  int exit_code = 0;  ///< Exit code of the copy; 128 + signal if a signal ended it
+  int exit_code = 0;  ///< Exit code of the forked process; 128 + signal if a signal ended it
 };
-/// Forks this process; the parent waits until the copy ends, and passes requests to end on to it.
+/// Forks this process. The parent waits until the child ends, and forwards requests to end to it.
 SplitEnd split_process();
 
 }  // namespace kiln::os

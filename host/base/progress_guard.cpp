@@ -57,7 +57,7 @@ void ProgressGuard::poll_within_stage(std::string_view stage) {
   if (!guard->report(guard->last_done_, stage)) throw Cancelled();
 }
 
-bool ProgressGuard::active() { return current_guard != nullptr; }
+bool ProgressGuard::is_active() { return current_guard != nullptr; }
 
 void ProgressGuard::poll() {
   ProgressGuard* const guard = current_guard;

@@ -42,7 +42,7 @@ class ProgressGuard {
   /// share is unchanged.
   static void poll_within_stage(std::string_view stage);
   /// True if the calling thread has a callback.
-  static bool active();
+  static bool is_active();
 
  private:
   Progress callback_;
@@ -50,7 +50,7 @@ class ProgressGuard {
   double last_done_ = 0;
   std::string last_stage_ = "preparing";
   std::chrono::steady_clock::time_point last_call_time_;
-  // true during a callback, so that functions of Kiln that the callback calls report no progress
+  // true during a callback; functions of Kiln that the callback calls then report no progress
   bool is_calling_back_ = false;
 };
 
@@ -58,7 +58,7 @@ class ProgressGuard {
 template <typename Mutex>
 std::unique_lock<Mutex> lock_polling(Mutex& mutex) {
   std::unique_lock lock(mutex, std::try_to_lock);
-  if (!lock && !ProgressGuard::active()) lock.lock();
+  if (!lock && !ProgressGuard::is_active()) lock.lock();
   while (!lock && !lock.try_lock()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     ProgressGuard::poll();

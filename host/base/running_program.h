@@ -12,7 +12,7 @@
 namespace kiln {
 
 struct ProgramResult {
-  int exit_code = 0;   ///< 128 + signal if a signal ended it
+  int exit_code = 0;   ///< Exit status; 128 + signal if a signal ended the program
   std::string output;  ///< Standard output, any bytes: the first 64 MiB
   std::string errors;  ///< Standard error: the first 64 MiB
 };
@@ -38,8 +38,9 @@ class RunningProgram {
   /// \param limit_seconds time limit from this call on, after which the program is killed
   /// \param interrupted polled on another thread; the program is killed when it returns true
   void begin(std::string input, double limit_seconds, std::function<bool()> interrupted);
-  /// True if begin() was called; has_begun_with_input(): true if it was called with this input.
-  bool began() const;
+  /// True if begin() was called. has_begun_with_input() is true if begin() was called with this
+  /// input.
+  bool has_begun() const;
   bool has_begun_with_input(std::string_view input) const;
 
   /// Waits until the program ends. Must be called once, after begin().

@@ -24,7 +24,7 @@ void end_by_crash(int number) noexcept;
 /// Blocks this thread forever, while another one ends the process.
 [[noreturn]] void block_forever() noexcept;
 
-/// A number above 0 that identifies this thread among the running ones. Async-signal-safe.
+/// A number above 0 that identifies this thread among all running threads. Async-signal-safe.
 std::int64_t thread_number() noexcept;
 /// True on the main thread. Async-signal-safe.
 bool on_main_thread() noexcept;

@@ -8,7 +8,7 @@ namespace kiln {
 /// \param value  0 to 1; the curve is extrapolated beyond
 double from_srgb(double value);
 
-/// The inverse of from_srgb(), also beyond 0 to 1.
+/// Inverse of from_srgb(), also for values outside of [0, 1].
 double encode_srgb(double linear);
 
 /// The result is clamped to [0, 1]; NaN becomes 0. The error is at most 2e-7.

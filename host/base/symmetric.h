@@ -14,9 +14,9 @@ using Matrix3 = std::array<std::array<double, 3>, 3>;
 inline void diagonalise(Matrix3& m, Matrix3& v) {
   v = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (int sweep = 0; sweep < 8; ++sweep) {
-    const double off = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
+    const double off_diagonal = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
     const double trace = m[0][0] + m[1][1] + m[2][2];
-    if (off <= 1e-24 * trace * trace) return;
+    if (off_diagonal <= 1e-24 * trace * trace) return;
     for (std::size_t p = 0; p < 2; ++p) {
       for (std::size_t q = p + 1; q < 3; ++q) {
         if (m[p][q] == 0) continue;

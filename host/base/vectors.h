@@ -102,7 +102,7 @@ inline Float4 lower(Float4 a, Float4 b) { return select(a < b, a, b); }
 inline Float4 upper(Float4 a, Float4 b) { return select(a > b, a, b); }
 inline Double2 larger(Double2 a, Double2 b) { return select(a < b, b, a); }
 
-/// Loads four consecutive floats from any address.
+/// Loads four consecutive floats from an address with any alignment.
 inline Float4 load_float4(const float* from) {
   Float4 value;
   std::memcpy(&value, from, sizeof value);

@@ -399,7 +399,7 @@ std::string BakeCache::store_result(const BatchAsset& asset, const InputLog::Inp
     if (identify(path) != hash) return relative(path) + " changed while it was baked";
     record.inputs[relative(path)] = {hash, ""};
   }
-  for (const std::string& path : inputs.absent) {
+  for (const std::string& path : inputs.missing_files) {
     std::error_code error;
     if (written.count(relative(path)) != 0 || record.inputs.count(relative(path)) != 0) continue;
     if (fs::is_regular_file(path, error)) return relative(path) + " appeared while it was baked";

@@ -52,7 +52,7 @@ std::string BinaryCache::key(std::string_view source, std::string_view options) 
          hex(fnv1a(source)) + hex(fnv1a(source, 0x9E3779B97F4A7C15U)) + '\n';
 }
 
-fs::path BinaryCache::file(const std::string& key) const {
+fs::path BinaryCache::path_of_file(const std::string& key) const {
   return folder_ / (hex(fnv1a(key)) + kFileExtension);
 }
 
@@ -62,9 +62,9 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
   if (folder_.empty()) return std::nullopt;
   const std::string file_key = key(source, options);
   std::error_code file_error;
-  const fs::path path = file(file_key);
+  const fs::path path = path_of_file(file_key);
   const std::uintmax_t size =
-      fs::file_size(path, file_error);  // fails if the path is no regular file
+      fs::file_size(path, file_error);  // fails if the path does not name a regular file
   const std::size_t header = kMagic.size() + file_key.size() + 17;
   if (file_error || size <= header || size > kMaxFileBytes) return std::nullopt;
   // Skips files that other users may replace. kernel_folder() has warned about the folder itself.
@@ -84,7 +84,7 @@ void BinaryCache::store(std::string_view source, std::string_view options,
   try {
     static std::atomic<unsigned> temporary_count{0};
     const std::string file_key = key(source, options);
-    const fs::path path = file(file_key);
+    const fs::path path = path_of_file(file_key);
     std::error_code file_error;
     os::create_private_folders(folder_);
     const fs::path temporary = path.string() + "." + std::to_string(os::process_id()) + "." +
@@ -109,7 +109,7 @@ void BinaryCache::remove(std::string_view source, std::string_view options) cons
   if (folder_.empty()) return;
   try {
     std::error_code file_error;
-    fs::remove(file(key(source, options)), file_error);
+    fs::remove(path_of_file(key(source, options)), file_error);
   } catch (const std::exception&) {
   }
 }

@@ -47,7 +47,7 @@ class BinaryCache {
 
  private:
   std::string key(std::string_view source, std::string_view options) const;
-  std::filesystem::path file(const std::string& key) const;
+  std::filesystem::path path_of_file(const std::string& key) const;
   void remove_oldest() const;
 
   std::filesystem::path folder_;

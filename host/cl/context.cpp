@@ -233,7 +233,7 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
 
 /// Waits for all commands, and polls the progress callback if there is one.
 void Context::wait() {
-  if (ProgressGuard::active()) wait_within(std::chrono::steady_clock::duration::max());
+  if (ProgressGuard::is_active()) wait_within(std::chrono::steady_clock::duration::max());
 }
 
 bool Context::wait_within(std::chrono::steady_clock::duration timeout) {
@@ -257,11 +257,11 @@ bool Context::wait_within(std::chrono::steady_clock::duration timeout) {
           }),
           what);
     if (status <= CL_COMPLETE) return true;
-    const auto waited = std::chrono::steady_clock::now() - start;
-    if (waited > timeout) return false;
+    const auto time_waited = std::chrono::steady_clock::now() - start;
+    if (time_waited > timeout) return false;
     std::this_thread::sleep_for(std::clamp<std::chrono::nanoseconds>(
-        waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
-    if (ProgressGuard::active()) ProgressGuard::poll();
+        time_waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
+    if (ProgressGuard::is_active()) ProgressGuard::poll();
   }
 }
 
@@ -310,10 +310,10 @@ void copy_in_pieces(std::size_t bytes, const Copy& copy) {
   constexpr std::size_t kBytesPerPiece = std::size_t{1} << 26;
   for (std::size_t at = 0; at < bytes;) {
     const std::size_t piece =
-        !ProgressGuard::active() ? bytes : std::min(kBytesPerPiece, bytes - at);
+        !ProgressGuard::is_active() ? bytes : std::min(kBytesPerPiece, bytes - at);
     copy(at, piece);
     at += piece;
-    if (ProgressGuard::active()) ProgressGuard::poll();
+    if (ProgressGuard::is_active()) ProgressGuard::poll();
   }
 }
 

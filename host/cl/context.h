@@ -52,8 +52,8 @@ class Buffer {
   Buffer(Context& context, std::size_t bytes, const void* data = nullptr);
   Buffer(Buffer&& other) noexcept { swap(other); }
   Buffer& operator=(Buffer&& other) noexcept {
-    Buffer moved(std::move(other));
-    swap(moved);
+    Buffer moved_buffer(std::move(other));
+    swap(moved_buffer);
     return *this;
   }
   Buffer(const Buffer&) = delete;
@@ -206,14 +206,15 @@ class KILN_HIDDEN Context {
   std::shared_ptr<Program> build(std::string_view source, const std::string& source_name,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
-  void keep(std::string_view source, const std::string& options, const Program& built_program);
+  void store_binary(std::string_view source, const std::string& options,
+                    const Program& built_program);
   /// Returns a kernel of a program, which is built if the key is new. Waiting threads poll progress; if that cancels
   /// the wait, the build continues for the next caller.
-  Kernel kernel_by(const std::string& key, const std::string& name,
-                   std::function<std::shared_ptr<Program>()> build);
+  Kernel find_or_build_kernel(const std::string& key, const std::string& name,
+                              std::function<std::shared_ptr<Program>()> build);
   std::shared_ptr<Build> build_by(const std::string& key,
                                   std::function<std::shared_ptr<Program>()>&& build);
-  Kernel kernel_of(Program& program, const std::string& name);
+  Kernel kernel_of_program(Program& program, const std::string& name);
 
   friend class Buffer;
   template <typename T>
@@ -305,7 +306,7 @@ void Array<T>::write_by(Context& context, std::size_t count, const Make& make) {
 
 namespace kiln {
 
-/// Access to the context inside a Device.
+/// Access to the context that a Device contains.
 struct KILN_HIDDEN DeviceAccess {
   static Device make(std::shared_ptr<ocl::Context> context) { return Device(std::move(context)); }
   static ocl::Context& context(const Device& device) { return *device.context_; }

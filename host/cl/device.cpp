@@ -187,9 +187,10 @@ std::vector<FoundDevice> find_devices(std::string& reason) {
 const FoundDevice* select_device(const std::vector<FoundDevice>& found_devices,
                                  std::string_view selector) {
   if (selector.empty()) {
-    const auto sound = std::find_if(found_devices.begin(), found_devices.end(),
-                                    [](const FoundDevice& f) { return !may_deadlock(f.info); });
-    return sound != found_devices.end() ? &*sound : found_devices.data();
+    const auto safe_device =
+        std::find_if(found_devices.begin(), found_devices.end(),
+                     [](const FoundDevice& f) { return !may_deadlock(f.info); });
+    return safe_device != found_devices.end() ? &*safe_device : found_devices.data();
   }
   if (std::all_of(selector.begin(), selector.end(),
                   [](unsigned char c) { return std::isdigit(c); })) {

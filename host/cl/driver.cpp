@@ -23,7 +23,7 @@ std::atomic<std::uint64_t> begun_calls{0}, ended_calls{0};
 std::atomic<int> own_maps{0};
 // name of the first running user's map; read by signal handlers
 std::array<char, 512> own_map_name{};
-std::atomic<long> opened_by{0};  // process that opened the last device
+std::atomic<long> opener_process{0};  // process that opened the last device
 
 }  // namespace
 
@@ -91,10 +91,10 @@ void throw_driver_failure() {
               "memory, or use a smaller size; then run it again.");
 }
 
-void record_opened() noexcept { opened_by = os::process_id(); }
+void record_opened() noexcept { opener_process = os::process_id(); }
 
 bool is_forked() noexcept {
-  const long opening_process = opened_by;
+  const long opening_process = opener_process;
   return opening_process != 0 && opening_process != os::process_id();
 }
 
@@ -110,7 +110,7 @@ std::string cache_hint(const DeviceInfo& info) {
   const char* set = std::getenv("POCL_CACHE_DIR");
   const char* caches = std::getenv("XDG_CACHE_HOME");
   const std::string cache_folder = caches == nullptr || *caches == '\0' ? "~/.cache" : caches;
-  return "Where PoCL's cache of kernels is damaged or its disk is full, remove it, or set "
+  return "If PoCL's cache of kernels is damaged or its disk is full, remove the cache, or set "
          "POCL_CACHE_DIR (now " +
          (set == nullptr ? "unset: " + cache_folder + "/pocl" : "'" + std::string(set) + "'") +
          ") to another folder. ";

@@ -1,4 +1,4 @@
-// State of OpenCL drivers that the command checks at its exit.
+// State of OpenCL drivers, which the command checks when it exits.
 #pragma once
 
 #include <vector>

@@ -118,32 +118,33 @@ KernelFolder copy_to_user_folder(const fs::path& given) {
 
 KernelFolder kernel_folder() {
   static std::mutex mutex;
-  static std::string chosen_folder;  // the folder that this process has set
+  static std::string chosen_folder;  // the folder of compiled kernels that this process has chosen
   static std::vector<Warning> warnings_of_choice;
   const std::lock_guard lock(mutex);
-  if (const std::string given = folder_of_variable(kPoclVariable); !given.empty()) {
-    const fs::path kiln = fs::path(given) / "kiln";
-    if (given == chosen_folder) return {kiln, warnings_of_choice};
-    os::create_private_folders(given);
-    if (!os::may_write_in(given)) {
-      KernelFolder copy = copy_to_user_folder(given);
+  if (const std::string given_folder = folder_of_variable(kPoclVariable); !given_folder.empty()) {
+    const fs::path kiln = fs::path(given_folder) / "kiln";
+    if (given_folder == chosen_folder) return {kiln, warnings_of_choice};
+    os::create_private_folders(given_folder);
+    if (!os::may_write_in(given_folder)) {
+      KernelFolder copy = copy_to_user_folder(given_folder);
       chosen_folder = copy.kiln.parent_path().string();
       warnings_of_choice = copy.warnings;
       return copy;
     }
-    const fs::path level = find_unsafe_level(given, kiln);
+    const fs::path level = find_unsafe_level(given_folder, kiln);
     if (level.empty()) return {kiln};
     return {kiln, {make_warning(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};
   }
   std::vector<Warning> warnings;
-  const std::string given = folder_of_variable("XDG_CACHE_HOME"), home = environment_text("HOME");
-  const fs::path caches = !given.empty() ? fs::path(given)
-                          : home.empty() ? fs::path()
-                                         : fs::path(home) / ".cache";
+  const std::string given_folder = folder_of_variable("XDG_CACHE_HOME"),
+                    home = environment_text("HOME");
+  const fs::path caches = !given_folder.empty() ? fs::path(given_folder)
+                          : home.empty()        ? fs::path()
+                                                : fs::path(home) / ".cache";
   if (!caches.empty() && can_write(caches)) {
     const char* const pocl = environment_text("POCL_KERNEL_CACHE") == "0" ? "uncached" : "kcache";
     const fs::path kiln = caches / "kiln", level = find_unsafe_level(caches / "pocl" / pocl, kiln);
-    if (level.empty() || !given.empty()) {
+    if (level.empty() || !given_folder.empty()) {
       if (!level.empty()) {
         warnings.push_back(
             make_warning(level,

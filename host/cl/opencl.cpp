@@ -159,7 +159,8 @@ void write_pixels(const Device& device, const Image& image, PixelFormat format,
   tight_options.row_bytes = 0;
   convert(image, format, pixels.bytes, tight_options);
   const std::size_t row_bytes = options.row_bytes != 0 ? options.row_bytes : pixels.row;
-  if (row_bytes < pixels.row) fail("Rows are shorter than the map is wide.", "pixel-size");
+  if (row_bytes < pixels.row)
+    fail("The target's rows have fewer bytes than the map's rows need.", "pixel-size");
   const auto type =
       query<cl_mem_object_type>(clGetMemObjectInfo, target.memory, CL_MEM_TYPE, "memory");
   if (type == CL_MEM_OBJECT_IMAGE2D) {

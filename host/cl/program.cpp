@@ -31,7 +31,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// True if a build runs on a separate thread while waiting threads poll.
-bool polls_while_building() { return ProgressGuard::active() || OwnMapRun::current() != nullptr; }
+bool polls_while_building() {
+  return ProgressGuard::is_active() || OwnMapRun::current() != nullptr;
+}
 
 std::atomic<std::uint64_t> whole_header_count{0};
 
@@ -107,8 +109,8 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
 }
 
 /// Stores the binary for later runs. Errors are ignored, since the program itself is built.
-void Context::keep(std::string_view source, const std::string& options,
-                   const Program& built_program) {
+void Context::store_binary(std::string_view source, const std::string& options,
+                           const Program& built_program) {
   if (!binaries_->keeps_programs()) return;
   std::size_t size = 0;
   const auto query = [&](cl_program_info what, std::size_t room, void* to) {
@@ -159,7 +161,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source,
     compile_result = compile(*this, source, source_name, options);
   built_program->program = compile_result.program;
   if (compile_result.status == CL_SUCCESS) {
-    if (is_kept) keep(source, options, *built_program);
+    if (is_kept) store_binary(source, options, *built_program);
     if (is_kept && !info_.is_gpu && !is_known) binaries_->store(source, mark, {1});
     return built_program;
   }
@@ -175,7 +177,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source,
               hint.empty() ? nullptr : "kernel-cache");
 }
 
-Kernel Context::kernel_of(Program& program, const std::string& name) {
+Kernel Context::kernel_of_program(Program& program, const std::string& name) {
   auto made = program.kernels.find(name);
   if (made == program.kernels.end()) made = program.kernels.emplace(name, nullptr).first;
   cl_kernel& kernel = made->second;
@@ -219,13 +221,13 @@ std::shared_ptr<Context::Build> Context::build_by(
   return new_build;
 }
 
-Kernel Context::kernel_by(const std::string& key, const std::string& name,
-                          std::function<std::shared_ptr<Program>()> build) {
+Kernel Context::find_or_build_kernel(const std::string& key, const std::string& name,
+                                     std::function<std::shared_ptr<Program>()> build) {
   const auto start = std::chrono::steady_clock::now();
   const std::shared_ptr<Build> new_build = build_by(key, std::move(build));
   if (!polls_while_building()) new_build->program.wait();
   while (new_build->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
-    if (ProgressGuard::active()) ProgressGuard::poll();
+    if (ProgressGuard::is_active()) ProgressGuard::poll();
     const OwnMapRun* const own = OwnMapRun::current();
     if (own != nullptr && seconds_since(start) > own->seconds()) own->abandon_compilation();
   }
@@ -241,12 +243,12 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
       throw;
     }
   }();
-  return kernel_of(*program, name);
+  return kernel_of_program(*program, name);
 }
 
 Kernel Context::kernel(const std::string& family, const std::string& name,
                        const std::string& defines) {
-  return kernel_by(family + " " + defines, name, [this, family, defines] {
+  return find_or_build_kernel(family + " " + defines, name, [this, family, defines] {
     const std::string_view source = embedded_source(family);
     if (source.empty()) {
       throw Error(ErrorCode::internal, "There is no kernel family '" + family + "'.");
@@ -280,7 +282,7 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
                             const std::string& more, const std::string& more_name) {
   const OwnMapRun* const own = OwnMapRun::current();
   const std::string label = own != nullptr ? own->label() : more_name;
-  return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
+  return find_or_build_kernel(family + "\n" + more_name + "\n" + more, name, [=, this] {
     const OwnMapRun here(
         // a copy of the name for the building thread, which may outlive the waiting thread
         label, 0);

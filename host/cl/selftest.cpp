@@ -218,7 +218,7 @@ bool needs_division(std::uint32_t result) {
   return result > KILN_SELFTEST_RAY;
 }
 
-/// Names of those results in [first, end) that differ from the expected ones.
+/// Names of the results in [first, end) that differ from the expected ones.
 std::string describe_differences(const DeviceInfo& info, const ResultWords& expected,
                                  const ResultWords& results, std::uint32_t first,
                                  std::uint32_t end) {
@@ -320,20 +320,20 @@ void Context::require_correct_results() {
   const std::string version =
       info_.name + '\n' + info_.platform + '\n' + info_.driver + '\n' + info_.opencl_version;
   const std::lock_guard lock(mutex);
-  auto known = fault_of_version.find(version);
-  if (known == fault_of_version.end()) {
+  auto known_fault = fault_of_version.find(version);
+  if (known_fault == fault_of_version.end()) {
     std::string fault_text;
     if (!binaries_->find(source, kPassed)) {
       fault_text = selftest_fault(*this);
       if (fault_text.empty()) binaries_->store(source, kPassed, {1});
     }
-    known = fault_of_version.emplace(version, fault_text).first;
+    known_fault = fault_of_version.emplace(version, fault_text).first;
   }
-  if (known->second.empty()) return;
+  if (known_fault->second.empty()) return;
   throw Error(ErrorCode::device,
               info_.name + " (" + info_.platform + ", driver " + info_.driver +
                   ") gives wrong results, so maps would be wrong. It fails Kiln's self-test in: " +
-                  known->second + ". Use another device, or another version of its driver.",
+                  known_fault->second + ". Use another device, or another version of its driver.",
               "self-test");
 }
 

@@ -169,22 +169,22 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
   }
   double diagonal = mesh_box.diagonal();
   if (!(diagonal > 0)) return {};
-  std::vector<Box<Vec3d>> of_body;
+  std::vector<Box<Vec3d>> body_boxes;
   std::vector<double> area_of_body;
   std::vector<std::uint32_t> body(parts.count);
   for (int scale = 0; scale < kMaxScales && diagonal > 0; ++scale) {
     const double cell = std::max(0.5 * share * diagonal, std::sqrt(area / kMaxTouchedCells));
     BodyFinder body_finder(mesh, parts, mesh_box.low, cell);
-    of_body.assign(parts.count, {});
+    body_boxes.assign(parts.count, {});
     area_of_body.assign(parts.count, 0);
     for (std::uint32_t p = 0; p < parts.count; ++p) {
       body[p] = body_finder.of(p);
-      of_body[body[p]].join(part_boxes[p]);
+      body_boxes[body[p]].join(part_boxes[p]);
       area_of_body[body[p]] += part_areas[p];
     }
     const auto largest =
         std::max_element(area_of_body.begin(), area_of_body.end()) - area_of_body.begin();
-    const double own = of_body[static_cast<std::size_t>(largest)].diagonal();
+    const double own = body_boxes[static_cast<std::size_t>(largest)].diagonal();
     const bool is_rescaled = own < kMaxRescaleShare * diagonal;
     diagonal = own;
     if (!is_rescaled) break;
@@ -193,7 +193,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
   Cleaned found_floaters;
   std::vector<std::uint8_t> is_floater(parts.count, 0);
   for (std::uint32_t p = 0; p < parts.count; ++p) {
-    if (!(of_body[body[p]].diagonal() < share * diagonal)) continue;
+    if (!(body_boxes[body[p]].diagonal() < share * diagonal)) continue;
     is_floater[p] = 1;
     floater_area += part_areas[p];
     if (body[p] == p && found_floaters.count++ == 0)
@@ -209,7 +209,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
 std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
-  std::vector<SeenPixels> seen(parts.count);
+  std::vector<SeenPixels> seen_pixels(parts.count);
   const auto is_hidden = [](const SeenPixels& of) {
     return of.front + of.back == 0 && of.drawn >= kMinHiddenPixels;
   };
@@ -217,18 +217,19 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   for (const OutsideViews& views : kViewRounds) {
     const std::vector<SeenPixels> more =
         count_seen_pixels(mesh, parts.of, parts.count, views, is_unseen);
-    for (std::size_t p = 0; p < seen.size(); ++p) {
+    for (std::size_t p = 0; p < seen_pixels.size(); ++p) {
       if (!is_unseen.empty() && is_unseen[p] == 0) continue;
-      seen[p].drawn += more[p].drawn;
-      seen[p].front += more[p].front;
-      seen[p].back += more[p].back;
+      seen_pixels[p].drawn += more[p].drawn;
+      seen_pixels[p].front += more[p].front;
+      seen_pixels[p].back += more[p].back;
     }
     is_unseen.resize(parts.count);
-    std::transform(seen.begin(), seen.end(), is_unseen.begin(),
+    std::transform(seen_pixels.begin(), seen_pixels.end(), is_unseen.begin(),
                    [](const SeenPixels& of) { return of.front + of.back == 0; });
     const bool is_counted_in_rounds =
-        views.step > 2;  // Later views may cover more pixels of a part
-    if (!is_counted_in_rounds && std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
+        views.step > 2;  // Later views may cover more pixels of a part than earlier ones
+    if (!is_counted_in_rounds && std::none_of(seen_pixels.begin(), seen_pixels.end(), is_hidden))
+      return {};
     if (is_counted_in_rounds &&
         std::none_of(is_unseen.begin(), is_unseen.end(), [](auto is) { return is != 0; })) {
       return {};
@@ -237,7 +238,7 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   std::vector<std::uint8_t> is_dropped(parts.of.size(), 0), counted(parts.count, 0);
   for (std::size_t t = 0; t < is_dropped.size(); ++t) {
     const std::uint32_t p = parts.of[t];
-    if (!is_hidden(seen[p])) continue;
+    if (!is_hidden(seen_pixels[p])) continue;
     is_dropped[t] = 1;
     if (std::exchange(counted[p], 1) != 0) continue;
     if (inner.count++ == 0) inner.example = mesh.positions[mesh.triangles[t][0]];

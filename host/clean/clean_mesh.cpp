@@ -184,7 +184,7 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   validate(mesh);
   check_options(options);
   CleanReport report;
-  const std::uint64_t given = mesh.triangles.size();
+  const std::uint64_t given_triangles = mesh.triangles.size();
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
   const bool full_cleaning = !options.windings_alone;
@@ -222,7 +222,7 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
        [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
   report.faces_outwards =
       report.faces_outwards && options.windings_alone && report.turned.count == 0;
-  add_warnings(mesh, options, report, given, floating, hidden);
+  add_warnings(mesh, options, report, given_triangles, floating, hidden);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

@@ -23,7 +23,7 @@ enum class HullKind {
   /// drawn
   shown,  ///< The name is not that of a hull, so the object is drawn
   both,
-  hidden,  ///< A hull that is never drawn
+  hidden,  ///< A collision hull that is never drawn
 };
 
 /// Recognizes Unreal's prefixes for convex, box, sphere and capsule hulls, and Godot's suffixes, which may precede a
@@ -77,7 +77,7 @@ void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
 }
 
 /// Removes triangles, and all data that only these used.
-Mesh without_triangles(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
+Mesh remove_triangles(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
   drop_triangles(mesh, dropped);
   drop_unused(mesh.uv_triangles, mesh.uvs);
   drop_unused(mesh.normal_triangles, mesh.normals);
@@ -174,7 +174,7 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   if (found == 0) return {};
   std::vector<std::uint8_t> is_drawn;
   for (const std::uint8_t hull : is_hull) is_drawn.push_back(1 - hull);
-  Mesh hulls = without_triangles(low, is_drawn);
+  Mesh hulls = remove_triangles(low, is_drawn);
   std::vector<std::uint32_t> of;
   const std::vector<std::string> names = list_hulls(hulls, of);
   hulls.objects = std::move(of);
@@ -197,7 +197,7 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
              option("keep_hulls") + ".",
          names.size()});
   }
-  low = without_triangles(std::move(low), is_hull);
+  low = remove_triangles(std::move(low), is_hull);
   return hulls;
 }
 
@@ -211,7 +211,7 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
   const auto found = static_cast<std::uint64_t>(std::count(is_hull.begin(), is_hull.end(), 1));
   if (found == 0 || found == hull_kinds.size()) return;
   std::vector<std::uint32_t> of;
-  const std::vector<std::string> names = list_hulls(without_triangles(high, is_drawn), of);
+  const std::vector<std::string> names = list_hulls(remove_triangles(high, is_drawn), of);
   warnings.push_back({"collision-hulls",
                       "'" + high.name + "': " + counted(names.size(), "collision hull") + " (" +
                           quote_names(names) + "; " + counted(found, "triangle") + ")" +
@@ -220,7 +220,7 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
                           "rename it, or add " +
                           option("keep_hulls") + ".",
                       names.size()});
-  high = without_triangles(std::move(high), is_hull);
+  high = remove_triangles(std::move(high), is_hull);
 }
 
 }  // namespace kiln

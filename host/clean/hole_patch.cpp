@@ -101,7 +101,7 @@ class PatchTriangulation {
     for (int round = 0; round < kMaxRounds; ++round) {
       bool has_flipped = false;
       for (std::uint32_t side = 0; side < 3 * triangles_.size(); ++side) {
-        if (opposite_side_[side] != kNoNeighbour && wants_flip(side, is_edge)) {
+        if (opposite_side_[side] != kNoNeighbour && should_flip(side, is_edge)) {
           flip(side);
           has_flipped = true;
         }
@@ -161,7 +161,7 @@ class PatchTriangulation {
   }
 
   template <typename IsEdge>
-  bool wants_flip(std::uint32_t side, const IsEdge& is_edge) const {
+  bool should_flip(std::uint32_t side, const IsEdge& is_edge) const {
     const std::uint32_t opposite = opposite_side_[side];
     const std::uint32_t a = start(side), b = end(side), c = tip(side), d = tip(opposite);
     if (c == d) return false;
@@ -179,9 +179,9 @@ class PatchTriangulation {
            dot(corner_normal(points[d], points[b], points[c]), n) > 0;
   }
 
-  /// True if an edge joins the tips of the two triangles at a side already.
+  /// True if the tips of the two triangles at a side are already connected by an edge.
   bool has_edge(std::uint32_t side) const {
-    const std::uint32_t wanted = tip(opposite_side_[side]);
+    const std::uint32_t opposite_tip = tip(opposite_side_[side]);
     for (const bool outgoing : {true, false}) {
       std::uint32_t at =
           outgoing ? previous_side(side) : next(side);  // A side that starts or ends at the tip
@@ -189,7 +189,7 @@ class PatchTriangulation {
         const std::uint32_t opposite_side = opposite_side_[at];
         if (opposite_side == kNoNeighbour || opposite_side / 3 == side / 3) break;
         at = outgoing ? next(opposite_side) : previous_side(opposite_side);
-        if ((outgoing ? end(at) : start(at)) == wanted) return true;
+        if ((outgoing ? end(at) : start(at)) == opposite_tip) return true;
       }
     }
     return false;
@@ -275,36 +275,38 @@ VertexValues values_of(std::span<const Vec3d> points) {
 /// \returns false if the linear system has no solution
 bool fair_patch(const HoleRim& rim, std::span<const TriangleCorners> triangles,
                 std::vector<Vec3d>& points) {
-  const std::size_t fixed = rim.points.size(), own = points.size(), inside = own - fixed;
+  const std::size_t rim_count = rim.points.size(), point_count = points.size(),
+                    inner_count = point_count - rim_count;
   std::vector<Vec3d> all = points;
   all.insert(all.end(), rim.surrounding_points.begin(), rim.surrounding_points.end());
   Laplacian laplacian(all.size());
   for (const TriangleCorners& t : triangles) laplacian.add(all, t);
   for (TriangleCorners t : rim.surrounding_triangles) {
     for (std::uint32_t& v : t) {
-      if (v >= fixed) v = static_cast<std::uint32_t>(v - fixed + own);
+      if (v >= rim_count) v = static_cast<std::uint32_t>(v - rim_count + point_count);
     }
     laplacian.add(all, t);
   }
-  const EdgeMatrix differences = laplacian.matrix(own);
-  Eigen::VectorXd inverse_areas(static_cast<Eigen::Index>(own));
-  for (std::size_t v = 0; v < own; ++v) {
+  const EdgeMatrix differences = laplacian.matrix(point_count);
+  Eigen::VectorXd inverse_areas(static_cast<Eigen::Index>(point_count));
+  for (std::size_t v = 0; v < point_count; ++v) {
     inverse_areas[static_cast<Eigen::Index>(v)] = 1 / std::max(laplacian.areas[v], 1e-300);
   }
-  const auto begin = static_cast<Eigen::Index>(fixed), count = static_cast<Eigen::Index>(inside);
+  const auto begin = static_cast<Eigen::Index>(rim_count),
+             count = static_cast<Eigen::Index>(inner_count);
   VertexValues at = values_of(all);
   at.middleRows(begin, count).setZero();
-  const EdgeMatrix free = differences.middleCols(begin, count);
-  const EdgeMatrix weighted = inverse_areas.asDiagonal() * free;
-  const EdgeMatrix system = EdgeMatrix(free.transpose()) * weighted;
+  const EdgeMatrix inner_columns = differences.middleCols(begin, count);
+  const EdgeMatrix weighted = inverse_areas.asDiagonal() * inner_columns;
+  const EdgeMatrix system = EdgeMatrix(inner_columns.transpose()) * weighted;
   Eigen::SimplicialLDLT<EdgeMatrix> solver(system);
   if (solver.info() != Eigen::Success) return false;
   const VertexValues right = -(weighted.transpose() * (differences * at));
   const VertexValues solved = solver.solve(right);
   if (solver.info() != Eigen::Success || !solved.allFinite()) return false;
-  for (std::size_t i = 0; i < inside; ++i) {
+  for (std::size_t i = 0; i < inner_count; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    points[fixed + i] = {solved(row, 0), solved(row, 1), solved(row, 2)};
+    points[rim_count + i] = {solved(row, 0), solved(row, 1), solved(row, 2)};
   }
   return true;
 }
@@ -375,19 +377,19 @@ HolePatch make_hole_patch(const HoleRim& rim,
   HolePatch patch;
   patch.is_flat = continuation_cosine(rim) < kMinCurvedCosine;
   PatchTriangulation mesh(rim, std::move(ears));
-  const auto exists = [&](std::uint32_t a, std::uint32_t b) {
+  const auto is_existing_edge = [&](std::uint32_t a, std::uint32_t b) {
     return a < corners && b < corners && is_edge(a, b);
   };
-  while (mesh.split_edges(exists)) {
+  while (mesh.split_edges(is_existing_edge)) {
   }
   if (!patch.is_flat) {
     const auto is_long = [&](std::uint32_t a, std::uint32_t b) { return mesh.is_long(a, b); };
     for (int round = 0; round < kMaxSplitRounds && mesh.split_edges(is_long); ++round) {
-      mesh.flip_to_delaunay(exists);
+      mesh.flip_to_delaunay(is_existing_edge);
     }
     for (int round = 0; round < kFairingRounds && mesh.points.size() > corners; ++round) {
       if (!fair_patch(rim, mesh.triangles(), mesh.points)) break;
-      mesh.flip_to_delaunay(exists);
+      mesh.flip_to_delaunay(is_existing_edge);
     }
   }
   patch.points = std::move(mesh.points);
@@ -398,20 +400,20 @@ HolePatch make_hole_patch(const HoleRim& rim,
 
 std::vector<Vec3d> interpolate_over_patch(const HolePatch& patch, std::span<const Vec3d> values) {
   std::vector<Vec3d> result(values.begin(), values.end());
-  const std::size_t fixed = values.size(), all = patch.points.size();
-  result.resize(all);
-  if (all == fixed) return result;
-  Laplacian laplacian(all);
+  const std::size_t rim_count = values.size(), point_count = patch.points.size();
+  result.resize(point_count);
+  if (point_count == rim_count) return result;
+  Laplacian laplacian(point_count);
   for (const TriangleCorners& t : patch.triangles) laplacian.add(patch.points, t);
-  const EdgeMatrix differences = laplacian.matrix(all);
-  const auto begin = static_cast<Eigen::Index>(fixed),
-             count = static_cast<Eigen::Index>(all - fixed);
+  const EdgeMatrix differences = laplacian.matrix(point_count);
+  const auto begin = static_cast<Eigen::Index>(rim_count),
+             count = static_cast<Eigen::Index>(point_count - rim_count);
   const EdgeMatrix inside = -differences.middleCols(begin, count).bottomRows(count);
   Eigen::SimplicialLDLT<EdgeMatrix> solver(inside);
   const VertexValues right = (differences * values_of(result)).bottomRows(count);
   const VertexValues solved = solver.solve(right);
-  for (std::size_t i = fixed; i < all; ++i) {
-    const auto row = static_cast<Eigen::Index>(i - fixed);
+  for (std::size_t i = rim_count; i < point_count; ++i) {
+    const auto row = static_cast<Eigen::Index>(i - rim_count);
     const bool is_solved = solver.info() == Eigen::Success && solved.row(row).allFinite();
     result[i] = is_solved ? Vec3d(solved(row, 0), solved(row, 1), solved(row, 2))
                           : values[patch.nearest[i]];

@@ -35,9 +35,9 @@ class OpenEdges {
   /// vertex. Empty if there is no such chain.
   std::vector<VertexOnEdge> along(std::uint32_t side, double distance) const {
     const std::uint32_t a = vertex_of_side(side, 0), b = vertex_of_side(side, 1);
-    const Vec3d from = point_of(mesh_, a), way = point_of(mesh_, b) - from;
-    const double squared = dot(way, way);
-    const double off = std::min(distance, kMinPieceShare * std::sqrt(squared));
+    const Vec3d from = point_of(mesh_, a), edge_vector = point_of(mesh_, b) - from;
+    const double squared = dot(edge_vector, edge_vector);
+    const double min_end_distance = std::min(distance, kMinPieceShare * std::sqrt(squared));
     std::vector<VertexOnEdge> found;
     std::uint32_t at = a;
     for (double share = 0;;) {
@@ -52,10 +52,10 @@ class OpenEdges {
           if (v != b) continue;
         }
         const Vec3d to = point_of(mesh_, v) - from;
-        const double s = v == b ? 1 : dot(to, way) / squared;
+        const double s = v == b ? 1 : dot(to, edge_vector) / squared;
         if (!(s >= share + kMinPieceShare && s < next.share) || (v != b && s > 1 - kMinPieceShare))
           continue;
-        if (v == b || length(to - way * s) <= off) next = {v, s};
+        if (v == b || length(to - edge_vector * s) <= min_end_distance) next = {v, s};
       }
       if (next.share > 1) return {};
       if (next.vertex == b) return found;
@@ -82,9 +82,9 @@ class OpenEdges {
 }  // namespace
 
 Cleaned cut_at_junctions(Mesh& mesh, double distance) {
-  Cleaned cut;
+  Cleaned cut_edges;
   for (int round = 0; round < kSplitRounds; ++round) {
-    const std::uint64_t cuts_before = cut.count;
+    const std::uint64_t cuts_before = cut_edges.count;
     const std::vector<Triangle> corners = welded_triangles(mesh);
     const OpenEdges open(mesh, corners);
     std::vector<std::uint8_t> was_split(corners.size(), 0);
@@ -94,12 +94,12 @@ Cleaned cut_at_junctions(Mesh& mesh, double distance) {
       const std::vector<VertexOnEdge> points = open.along(side, distance);
       if (points.empty()) continue;
       was_split[t] = 1;
-      if (cut.count++ == 0) cut.example = mesh.positions[points[0].vertex];
+      if (cut_edges.count++ == 0) cut_edges.example = mesh.positions[points[0].vertex];
       cut_triangle(mesh, t, side % 3, points);
     }
-    if (cut.count == cuts_before) break;
+    if (cut_edges.count == cuts_before) break;
   }
-  return cut;
+  return cut_edges;
 }
 
 }  // namespace kiln

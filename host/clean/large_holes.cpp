@@ -52,7 +52,8 @@ class RimFinder {
             [&](std::size_t i) { return sides_[i]; }),
         is_used_(sides_.size(), false) {}
 
-  /// The sides of each rim, in the order in which the faces' orientation runs through them.
+  /// Returns the sides of each rim, in the order given by the orientation of the faces around the
+  /// hole.
   std::vector<std::vector<std::uint32_t>> find() {
     std::vector<std::vector<std::uint32_t>> rims;
     for (std::size_t first = 0; first < sides_.size(); ++first) {
@@ -155,16 +156,16 @@ class HoleFiller {
 
   /// Finds the triangles that touch rims, and the edges between their vertices.
   void find_surroundings(const std::vector<std::vector<std::uint32_t>>& rims) {
-    std::vector<bool> on_rim(mesh_.positions.size(), false);
+    std::vector<bool> is_on_rim(mesh_.positions.size(), false);
     for (const auto& rim : rims) {
-      for (const std::uint32_t side : rim) on_rim[corners_[side / 3][side % 3]] = true;
+      for (const std::uint32_t side : rim) is_on_rim[corners_[side / 3][side % 3]] = true;
     }
     for (std::uint32_t t = 0; t < corners_.size(); ++t) {
       const Triangle& v = corners_[t];
       for (std::size_t k = 0; k < 3; ++k) {
-        if (!on_rim[v[k]]) continue;
+        if (!is_on_rim[v[k]]) continue;
         triangles_at_vertex_[v[k]].push_back(t);
-        if (on_rim[v[(k + 1) % 3]]) rim_edges_.insert(edge_key(v[k], v[(k + 1) % 3]));
+        if (is_on_rim[v[(k + 1) % 3]]) rim_edges_.insert(edge_key(v[k], v[(k + 1) % 3]));
       }
     }
   }
@@ -217,10 +218,10 @@ class HoleFiller {
       box.add(point_of(mesh_, corners.back().vertex));
     }
     const HoleRim rim = describe_rim(corners);
-    const double cosine = continuation_cosine(rim), across = box.diagonal();
+    const double cosine = continuation_cosine(rim), hole_diagonal = box.diagonal();
     const bool finite = std::all_of(rim.points.begin(), rim.points.end(),
                                     [](const Vec3d& p) { return std::isfinite(p.x + p.y + p.z); });
-    if (!finite || !(across <= max_diagonal_) ||
+    if (!finite || !(hole_diagonal <= max_diagonal_) ||
         cosine < (std::isinf(max_diagonal_) ? kMinSheetCosine : kMinHoleCosine)) {
       count(holes_.open, rim.points[0]);
       return;
@@ -239,7 +240,7 @@ class HoleFiller {
     }
     count(holes_.filled, rim.points[0]);
     if (filled_rim.patch.is_flat) ++holes_.flat;
-    holes_.largest = std::max(holes_.largest, across);
+    holes_.largest = std::max(holes_.largest, hole_diagonal);
     filled_rims_.push_back(std::move(filled_rim));
   }
 
@@ -255,21 +256,19 @@ class HoleFiller {
     const std::vector<std::uint32_t> mesh_normals = add_normals(filled_rim);
     const std::vector<std::uint32_t> chart_of_corner = charts_of(filled_rim.rim);
     for (const auto& t : filled_rim.patch.triangles) {
-      std::array<std::uint32_t, 3> near{};
-      for (std::size_t k = 0; k < 3; ++k) near[k] = filled_rim.patch.nearest[t[k]];
-      std::array<std::uint32_t, 3> sorted_corners = near;
+      std::array<std::uint32_t, 3> nearest_rim_corners{};
+      for (std::size_t k = 0; k < 3; ++k) nearest_rim_corners[k] = filled_rim.patch.nearest[t[k]];
+      std::array<std::uint32_t, 3> sorted_corners = nearest_rim_corners;
       std::sort(sorted_corners.begin(), sorted_corners.end());
-      const CornerOf attribute_source =
-          filled_rim
-              .rim[sorted_corners[1]]
-              // The middle one of the three. If two corners have the same source, it is one of these
-              .corner;
+      // The median: if two corners of the triangle have the same nearest corner, it is that corner
+      const CornerOf attribute_source = filled_rim.rim[sorted_corners[1]].corner;
       mesh_.triangles.push_back({mesh_vertices[t[0]], mesh_vertices[t[1]], mesh_vertices[t[2]]});
       if (!mesh_.uv_triangles.empty()) {
-        const bool spans = is_within_chart(near, chart_of_corner, corners);
+        const bool is_in_one_chart = is_within_chart(nearest_rim_corners, chart_of_corner, corners);
         Triangle uvs;
         for (std::size_t k = 0; k < 3; ++k) {
-          const CornerOf& of = spans ? filled_rim.rim[near[k]].corner : attribute_source;
+          const CornerOf& of =
+              is_in_one_chart ? filled_rim.rim[nearest_rim_corners[k]].corner : attribute_source;
           uvs[k] = mesh_.uv_triangles[of.triangle][of.k];
         }
         mesh_.uv_triangles.push_back(uvs);

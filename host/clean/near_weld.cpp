@@ -76,27 +76,28 @@ Cleaned weld_near(Mesh& mesh, double distance) {
     for (std::uint32_t& v : t) v = first[v];
   }
   const std::size_t vertices = mesh.positions.size();
-  std::vector<std::uint8_t> open(vertices, 0);
+  std::vector<std::uint8_t> is_open_vertex(vertices, 0);
   for (const std::uint32_t side : open_sides(corners, vertices)) {
     const Triangle& t = corners[side / 3];
-    open[t[side % 3]] = open[t[(side + 1) % 3]] = 1;
+    is_open_vertex[t[side % 3]] = is_open_vertex[t[(side + 1) % 3]] = 1;
   }
   std::vector<double> search_radius(vertices, std::numeric_limits<double>::infinity());
   for (const Triangle& t : corners) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      if ((open[a] | open[b]) == 0 || a == b) continue;
+      if ((is_open_vertex[a] | is_open_vertex[b]) == 0 || a == b) continue;
       const double edge = kMaxMoveShare * length(point_of(mesh, a) - point_of(mesh, b));
       search_radius[a] = std::min(search_radius[a], edge);
       search_radius[b] = std::min(search_radius[b], edge);
     }
   }
-  const auto entries = static_cast<std::size_t>(std::count(open.begin(), open.end(), 1));
+  const auto entries =
+      static_cast<std::size_t>(std::count(is_open_vertex.begin(), is_open_vertex.end(), 1));
   if (entries == 0 || !(distance > 0)) return welded;
   VertexCells vertex_cells(4 * distance, vertices, entries);
   DisjointSets sets(vertices);
   for (std::uint32_t v = 0; v < vertices; ++v) {
-    if (open[v] == 0 || !is_finite(mesh.positions[v])) continue;
+    if (is_open_vertex[v] == 0 || !is_finite(mesh.positions[v])) continue;
     const Vec3d p = point_of(mesh, v);
     const double own = std::min(distance, search_radius[v]);
     vertex_cells.for_each_near(p, own, [&](std::uint32_t u) {

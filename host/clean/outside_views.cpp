@@ -73,7 +73,7 @@ Vec3d spiral_direction(std::uint32_t i, std::uint32_t count) {
 /// A projected vertex.
 struct PicturePoint {
   std::int32_t x, y;
-  float depth;  ///< Increases towards the viewer
+  float depth;  ///< Larger values are nearer to the viewer
 };
 
 class Picture {
@@ -111,7 +111,8 @@ class Picture {
   };
   const std::vector<Pixel>& pixels() const { return pixels_; }
 
-  /// Ends drawing. Builds the tiles, with which triangles are found that may still occlude others.
+  /// Ends drawing: builds the tiles, by which may_occlude() tests whether triangles may still hide
+  /// others.
   void end_drawing() {
     tiles_per_side_ = (views_.pixels + kTileSide - 1) / kTileSide;
     tiles_.resize(std::size_t{tiles_per_side_} * tiles_per_side_);
@@ -319,9 +320,9 @@ std::vector<TriangleBlock> blocks_of(const Mesh& mesh, std::span<const std::uint
 std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std::uint32_t> group,
                                           std::size_t groups, const OutsideViews& wanted,
                                           std::span<const std::uint8_t> counted) {
-  std::vector<SeenPixels> seen(groups);
+  std::vector<SeenPixels> seen_pixels(groups);
   const Ball ball = ball_around(mesh, mesh.triangles);
-  if (!(ball.radius > 0)) return seen;
+  if (!(ball.radius > 0)) return seen_pixels;
   OutsideViews views = wanted;
   views.pixels = picture_side(mesh, ball, wanted.pixels);
   std::vector<std::uint32_t> counted_triangles, occluders;
@@ -337,9 +338,9 @@ std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std:
   }
   // In the smaller pictures of large meshes, triangles that are repeated are drawn once. A repetition hides nothing of
   // the earlier triangle: where both cover a pixel, the earlier one is visible.
-  const bool repeats = views.pixels < wanted.pixels && occluders.empty();
+  const bool draws_repetitions_once = views.pixels < wanted.pixels && occluders.empty();
   const std::vector<std::uint32_t> first =
-      repeats ? first_repetitions(mesh) : std::vector<std::uint32_t>();
+      draws_repetitions_once ? first_repetitions(mesh) : std::vector<std::uint32_t>();
   std::mutex mutex;  // Sums are of integers, so their order does not matter
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
@@ -351,7 +352,7 @@ std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std:
     std::vector<std::uint32_t> covered_pixels(first.size());
     for (const std::uint32_t t : counted_triangles) {
       std::uint32_t pixels = 0;
-      if (!repeats) {
+      if (!draws_repetitions_once) {
         pixels = picture.draw(t);
       } else {
         if (first[t] == t) covered_pixels[t] = picture.draw(t);
@@ -374,14 +375,14 @@ std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std:
       }
     }
     const std::scoped_lock lock(mutex);
-    for (const auto& [of, pixels] : drawn_pixels) seen[of].drawn += pixels;
+    for (const auto& [of, pixels] : drawn_pixels) seen_pixels[of].drawn += pixels;
     for (const auto& [depth, id] : picture.pixels()) {
       if (id == kNoTriangle) continue;
-      SeenPixels& of = seen[group[id / 2]];
+      SeenPixels& of = seen_pixels[group[id / 2]];
       ++((id & 1) == 0 ? of.front : of.back);
     }
   });
-  return seen;
+  return seen_pixels;
 }
 
 }  // namespace kiln

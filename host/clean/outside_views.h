@@ -20,7 +20,7 @@ struct SeenPixels {
 struct OutsideViews {
   std::uint32_t count = 32;    ///< Number of directions, evenly distributed over the sphere
   std::uint32_t step = 1;      ///< Only every `step`-th of these directions is drawn
-  std::uint32_t first = 0;     ///< First direction to draw
+  std::uint32_t first = 0;     ///< Index of the first direction that is drawn
   std::uint32_t pixels = 512;  ///< Side of a picture in pixels
   bool backs = true;  ///< True: back faces are drawn and occlude; false: they are transparent
 };

@@ -88,15 +88,16 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   if (!volume_orientation.may_be_reversed) return;
   std::vector<std::uint32_t> group(corners.size());
   for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
-  const std::vector<SeenPixels> seen = count_seen_pixels(mesh, group, 2 * parts.parts.size(), {});
+  const std::vector<SeenPixels> seen_pixels =
+      count_seen_pixels(mesh, group, 2 * parts.parts.size(), {});
   std::uint64_t front_pixels = 0, back_pixels = 0;
-  for (const SeenPixels& of : seen) {
+  for (const SeenPixels& of : seen_pixels) {
     front_pixels += of.front;
     back_pixels += of.back;
   }
   const bool is_seen_from_inside = back_pixels > kMaxInwardRatio * front_pixels;
   if (is_seen_from_inside) report.inward = {1, mesh.positions[mesh.triangles[0][0]]};
-  const std::vector<std::uint8_t> less = wrong_sides(mesh, parts);
+  const std::vector<std::uint8_t> smaller_side = wrong_sides(mesh, parts);
   std::vector<std::array<std::uint32_t, 2>> triangles_per_side(parts.parts.size());
   for (std::size_t t = 0; t < group.size(); ++t) ++triangles_per_side[parts.of[t]][parts.side[t]];
   enum : std::uint8_t { kNoSide = 2, kBothSides = 3 };
@@ -105,12 +106,14 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
     const FacingParts::Part& part = parts.parts[p];
     if (part.one_sided) continue;
     // Pixel counts if all triangles had the orientation of the part's first triangle.
-    const SeenPixels first = seen[2 * p], other{0, seen[2 * p + 1].back, seen[2 * p + 1].front};
+    const SeenPixels first = seen_pixels[2 * p],
+                     other{0, seen_pixels[2 * p + 1].back, seen_pixels[2 * p + 1].front};
     std::uint64_t front = std::uint64_t{first.front} + other.front;
     std::uint64_t back = std::uint64_t{first.back} + other.back;
     const bool has_enough_pixels = !is_seen_from_inside && front + back >= kMinVisiblePixels;
-    const double drawn = static_cast<double>(seen[2 * p].drawn) + seen[2 * p + 1].drawn;
-    const bool shown = static_cast<double>(back) >= kMinBackShare * drawn;
+    const double drawn =
+        static_cast<double>(seen_pixels[2 * p].drawn) + seen_pixels[2 * p + 1].drawn;
+    const bool is_back_shown = static_cast<double>(back) >= kMinBackShare * drawn;
     if (!part.is_consistent) {
       bool clear = has_enough_pixels && is_clear_ratio(front, back);
       // The two groups of triangles are also tested separately: a large flap that shows both of its sides would mask
@@ -123,12 +126,12 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
       }
       // A single large triangle may have more area than all others. Without views, the number of triangles must
       // therefore support the result, too.
-      const bool has_fewer_triangles = 2 * triangles_per_side[p][less[p]] < part.triangles;
+      const bool has_fewer_triangles = 2 * triangles_per_side[p][smaller_side[p]] < part.triangles;
       reversed_side[p] = clear                                ? (front > back ? 1 : 0)
-                         : has_fewer_triangles || !open_alone ? less[p]
+                         : has_fewer_triangles || !open_alone ? smaller_side[p]
                                                               : std::uint8_t{kNoSide};
     } else if (has_enough_pixels && back > kMinConsistentRatio * front &&
-               !(open_alone && part.closed) && shown) {
+               !(open_alone && part.closed) && is_back_shown) {
       reversed_side[p] = kBothSides;
     }
   }

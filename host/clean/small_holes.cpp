@@ -125,21 +125,22 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
       perimeter_sum += length(point_of(mesh, open.end(*side)) - from);
       rim.push_back({{*side / 3, *side % 3}, from});
     }
-    const bool taken = std::any_of(sides.begin(), sides.end(),
-                                   [&](std::uint32_t side) { return is_known_side[side] != 0; });
-    if (taken || perimeter_sum > perimeter) continue;
+    const bool is_side_taken = std::any_of(
+        sides.begin(), sides.end(), [&](std::uint32_t side) { return is_known_side[side] != 0; });
+    if (is_side_taken || perimeter_sum > perimeter) continue;
     for (const std::uint32_t side : sides) is_known_side[side] = 1;
     Vec3d rim_normal{};
     for (std::size_t i = 2; i < rim.size(); ++i) {
       rim_normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);
     }
     const double size = length(rim_normal);
-    const bool continues = std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
-      const Vec3d beside = face(side / 3);
-      return dot(beside, rim_normal) > kMinContinuationCosine * length(beside) * size;
-    });
+    const bool does_surface_continue =
+        std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
+          const Vec3d beside = face(side / 3);
+          return dot(beside, rim_normal) > kMinContinuationCosine * length(beside) * size;
+        });
     Fill fill;
-    if (!continues || !cut_ears(rim, rim_normal, fill)) continue;
+    if (!does_surface_continue || !cut_ears(rim, rim_normal, fill)) continue;
     if (filled_holes.count++ == 0) filled_holes.example = to_float(rim[0].point);
     fill_triangles.insert(fill_triangles.end(), fill.begin(), fill.end());
     area += size;

@@ -33,9 +33,10 @@ struct LargeHoles {
   Cleaned filled;          ///< Holes that were filled
   std::uint64_t flat = 0;  ///< Filled holes whose patch is flat and meets the surface at an angle
   double largest = 0;      ///< Diagonal of the largest hole that was filled
-  /// Closed rims that were left open, because they are too large or outlines of sheets
+  /// Holes that were not filled although their rims are closed, because they are too large or
+  /// outlines of sheets
   Cleaned open;
-  Cleaned open_edges;  ///< Edges of a single triangle that remain in the mesh
+  Cleaned open_edges;  ///< Edges that still have a single triangle after the repairs
 };
 
 /// Fills holes with any number of edges, if the bounding box of the rim has at most the given diagonal (infinity: all).

@@ -86,17 +86,17 @@ void add_triangle(Mesh& mesh, const std::array<CornerOf, 3>& corners) {
 
 void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k,
                   std::span<const VertexOnEdge> points) {
-  double done = 0;
+  double previous_share = 0;
   for (const VertexOnEdge& point : points) {
     const std::uint32_t b = (k + 1) % 3, c = (k + 2) % 3;
-    const auto rest = static_cast<std::uint32_t>(mesh.triangles.size());
+    const auto rest_triangle = static_cast<std::uint32_t>(mesh.triangles.size());
     add_triangle(mesh, {CornerOf{t, k}, CornerOf{t, b}, CornerOf{t, c}});
     // Both pieces get the new point: the first in place of corner b, the second in place of corner k.
-    mesh.triangles[t][b] = mesh.triangles[rest][0] = point.vertex;
-    const double share = (point.share - done) / (1 - done);
+    mesh.triangles[t][b] = mesh.triangles[rest_triangle][0] = point.vertex;
+    const double share = (point.share - previous_share) / (1 - previous_share);
     if (!mesh.uv_triangles.empty()) {
       const auto w = static_cast<float>(share);
-      const Triangle& uvs = mesh.uv_triangles[rest];
+      const Triangle& uvs = mesh.uv_triangles[rest_triangle];
       const auto add_between = [w, from = uvs[0], to = uvs[1]](std::vector<Vec2>& pool) {
         const Vec2 p = pool[from], q = pool[to];
         pool.push_back({p.x + w * (q.x - p.x), p.y + w * (q.y - p.y)});
@@ -104,22 +104,22 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k,
       for (UvSet& set : mesh.other_uvs) {
         if (set.uvs.size() == mesh.uvs.size()) add_between(set.uvs);
       }
-      mesh.uv_triangles[t][b] = mesh.uv_triangles[rest][0] =
+      mesh.uv_triangles[t][b] = mesh.uv_triangles[rest_triangle][0] =
           static_cast<std::uint32_t>(mesh.uvs.size());
       add_between(mesh.uvs);
     }
     if (!mesh.normal_triangles.empty()) {
-      const Triangle& normals = mesh.normal_triangles[rest];
+      const Triangle& normals = mesh.normal_triangles[rest_triangle];
       const Vec3d p = to_double(mesh.normals[normals[0]]), q = to_double(mesh.normals[normals[1]]);
       const Vec3d n = p + (q - p) * share;
       const double size = length(n);
-      mesh.normal_triangles[t][b] = mesh.normal_triangles[rest][0] =
+      mesh.normal_triangles[t][b] = mesh.normal_triangles[rest_triangle][0] =
           static_cast<std::uint32_t>(mesh.normals.size());
       mesh.normals.push_back(to_float(size > 0 ? n * (1 / size) : Vec3d{}));
     }
-    t = rest;
+    t = rest_triangle;
     k = 0;
-    done = point.share;
+    previous_share = point.share;
   }
 }
 

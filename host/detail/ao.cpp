@@ -14,7 +14,7 @@ MapRow ao_map() {
       1};
   row.info.options = "occlusion";
   row.info.other_names = "ambient_occlusion occlusion";
-  row.follows_positions = row.reads_around = row.streams = true;
+  row.follows_positions = row.reads_around = row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::visibility);
   };

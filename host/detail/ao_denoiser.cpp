@@ -123,11 +123,12 @@ void AoDenoiser::prepare(const Texels& texels) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto own = static_cast<std::uint32_t>(i);
         const std::uint32_t at = place_[i], w = width_;
-        const bool inner = links.kind[at] == KILN_VISIBILITY_INNER;
+        const bool is_inner_link = links.kind[at] == KILN_VISIBILITY_INNER;
         const std::array<std::uint32_t, KILN_AO_DENOISER_NEIGHBOURS> neighbour{
             at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
         for (std::size_t k = 0; k < neighbour.size(); ++k) {
-          neighbours[i * neighbour.size() + k] = inner ? neighbour_or_self(own, neighbour[k]) : own;
+          neighbours[i * neighbour.size() + k] =
+              is_inner_link ? neighbour_or_self(own, neighbour[k]) : own;
         }
       }
     });
@@ -191,7 +192,7 @@ void AoDenoiser::Tile::add(const Tile& other) {
 }
 
 AoDenoiser::Tile AoDenoiser::measure_errors(const Levels& levels, std::size_t tile) const {
-  const std::span<const float> raw = levels.estimates[0], once = levels.estimates[1];
+  const std::span<const float> raw = levels.estimates[0], smoothed_once = levels.estimates[1];
   Tile sum;
   sum.count = tile_first_[tile + 1] - tile_first_[tile];
   for (std::size_t n = tile_first_[tile]; n < tile_first_[tile + 1]; ++n) {
@@ -206,11 +207,12 @@ AoDenoiser::Tile AoDenoiser::measure_errors(const Levels& levels, std::size_t ti
         sum.error[k] += noise;
         continue;
       }
-      sum.error[k] += (cross_error(raw, level, a) - cross_error(raw, once, a)) / 2 +
-                      square(static_cast<double>(once[a]) - once[b]) / 2 - noise;
+      sum.error[k] += (cross_error(raw, level, a) - cross_error(raw, smoothed_once, a)) / 2 +
+                      square(static_cast<double>(smoothed_once[a]) - smoothed_once[b]) / 2 - noise;
     }
-    sum.blur += cross_error(raw, once, a) / 2 - square(static_cast<double>(raw[a]) - raw[b]) / 2 -
-                square(static_cast<double>(once[a]) - once[b]) / 2;
+    sum.blur += cross_error(raw, smoothed_once, a) / 2 -
+                square(static_cast<double>(raw[a]) - raw[b]) / 2 -
+                square(static_cast<double>(smoothed_once[a]) - smoothed_once[b]) / 2;
   }
   return sum;
 }
@@ -222,56 +224,60 @@ std::vector<AoDenoiser::LevelChoice> AoDenoiser::choose_levels(const Levels& lev
     for (std::size_t t = begin; t < end; ++t) tiles[t] = measure_errors(levels, t);
   });
   std::vector<LevelChoice> choices(tiles.size());
-  const auto across = static_cast<std::int64_t>(tiles_across_);
+  const auto tile_columns = static_cast<std::int64_t>(tiles_across_);
   const auto down = static_cast<std::int64_t>(tiles_down_);
   parallel_for(tiles.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (auto t = static_cast<std::int64_t>(begin); t < static_cast<std::int64_t>(end); ++t) {
       const auto own = static_cast<std::size_t>(t);
       if (tiles[own].count == 0) continue;
-      const std::int64_t x = t % across, y = t / across;
+      const std::int64_t x = t % tile_columns, y = t / tile_columns;
       const auto sum_within = [&](std::int64_t reach) {
         Tile sum;
         for (std::int64_t j = std::max<std::int64_t>(0, y - reach);
              j <= std::min(down - 1, y + reach); ++j) {
           for (std::int64_t i = std::max<std::int64_t>(0, x - reach);
-               i <= std::min(across - 1, x + reach); ++i) {
-            sum.add(tiles[static_cast<std::size_t>(j * across + i)]);
+               i <= std::min(tile_columns - 1, x + reach); ++i) {
+            sum.add(tiles[static_cast<std::size_t>(j * tile_columns + i)]);
           }
         }
         return sum;
       };
-      const Tile around = sum_within(1);
+      const Tile adjacent_tiles = sum_within(1);
       // The blur of the first smoothing step is measured from single texels, which are noisy, so
       // two standard deviations of that noise are subtracted. The blur of further steps is measured
       // with less noise.
-      const double noise_allowance = 8 * around.noise[0] / std::sqrt(around.count);
-      const double blur = std::max(0.0, around.blur - noise_allowance);
+      const double noise_allowance = 8 * adjacent_tiles.noise[0] / std::sqrt(adjacent_tiles.count);
+      const double blur = std::max(0.0, adjacent_tiles.blur - noise_allowance);
       double min_blur = 0;
       for (std::size_t k = 0; k < kSteps.size(); ++k) {
         const double squared_error =
-            std::max(around.error[k], around.noise[k]) + (k == 0 ? 0.0 : blur);
+            std::max(adjacent_tiles.error[k], adjacent_tiles.noise[k]) + (k == 0 ? 0.0 : blur);
         if (k != 0 && squared_error >= min_blur) continue;
         min_blur = squared_error;
         choices[own] = {static_cast<std::int32_t>(k),
-                        static_cast<float>(std::sqrt(squared_error / around.count))};
+                        static_cast<float>(std::sqrt(squared_error / adjacent_tiles.count))};
       }
       if (plain_variance == 0) continue;
       // Fewer than two smoothing steps leave more noise than plain rays have. The noise of
       // plain rays is so small that the blur has to be averaged over more texels before the two can
       // be compared.
-      const Tile wide = sum_within(BlurBounds::kTileReach);
-      const double lost_blur = std::max(
-          0.0, wide.blur + BlurBounds::kBlurDeviations * 2 * wide.noise[0] / std::sqrt(wide.count));
+      const Tile surrounding_tiles = sum_within(BlurBounds::kTileReach);
+      const double lost_blur =
+          std::max(0.0, surrounding_tiles.blur + BlurBounds::kBlurDeviations * 2 *
+                                                     surrounding_tiles.noise[0] /
+                                                     std::sqrt(surrounding_tiles.count));
       double best = HUGE_VAL;
       for (std::size_t k = 2; k < kSteps.size(); ++k) {
-        const double squared_error = std::max(wide.error[k], wide.noise[k]) + lost_blur;
+        const double squared_error =
+            std::max(surrounding_tiles.error[k], surrounding_tiles.noise[k]) + lost_blur;
         if (squared_error >= best) continue;
         best = squared_error;
         choices[own].level = static_cast<std::int32_t>(k);
       }
-      choices[own].error = static_cast<float>(std::sqrt(best / wide.count));
-      choices[own].is_unsure = best > BlurBounds::kMaxErrorShare * plain_variance * wide.noise[0] +
-                                          BlurBounds::kInvisibleSquaredError / 4 * wide.count;
+      choices[own].error = static_cast<float>(std::sqrt(best / surrounding_tiles.count));
+      choices[own].is_unsure =
+          best > BlurBounds::kMaxErrorShare * plain_variance * surrounding_tiles.noise[0] +
+                     BlurBounds::kInvisibleSquaredError / 4 * surrounding_tiles.count;
     }
   });
   if (plain_variance > 0) widen_unsure_tiles(choices);
@@ -319,17 +325,18 @@ std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::ui
 void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smoothed,
                              double plain_variance, Result& result) {
   std::vector<std::uint8_t>& unsure = result.unsure;
-  const std::span<const float> raw = levels.estimates[0], twice = levels.estimates[2];
+  const std::span<const float> raw = levels.estimates[0], smoothed_twice = levels.estimates[2];
   const std::size_t pairs = std::size_t{2} * count_;
-  const auto lost_memory = std::make_unique_for_overwrite<float[]>(pairs);
-  const auto further_memory = std::make_unique_for_overwrite<float[]>(pairs);
-  const std::span<float> lost(lost_memory.get(), pairs), further(further_memory.get(), pairs);
+  const auto first_blur_memory = std::make_unique_for_overwrite<float[]>(pairs);
+  const auto further_blur_memory = std::make_unique_for_overwrite<float[]>(pairs);
+  const std::span<float> first_blur(first_blur_memory.get(), pairs),
+      further_blur(further_blur_memory.get(), pairs);
   const kiln_ao_denoiser_params params{count_, 0};
   context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), count_, kLocal,
                   params, neighbours_, smoothing_input_);
   // Squared distance from each texel to the centroid of its weights (kMaxSquaredCentroidShift),
   // stored twice per texel
-  smoothing_input_.read(context_, further);
+  smoothing_input_.read(context_, further_blur);
   const auto product = [&](std::span<const float> of, std::size_t a) {
     return (of[a] - smoothed[a]) * (of[a + 1] - smoothed[a + 1]);
   };
@@ -337,42 +344,43 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t a = 2 * i, b = a + 1;
       const float estimate_difference = raw[a] - raw[b];
-      lost[a] = product(raw, a);
-      lost[b] = estimate_difference * estimate_difference / 2;
-      further[a] = product(twice, a);
+      first_blur[a] = product(raw, a);
+      first_blur[b] = estimate_difference * estimate_difference / 2;
+      further_blur[a] = product(smoothed_twice, a);
       // Where surfaces interpenetrate, all rays hit and both estimates are 0. Without noise the
       // blur cannot be measured, so such texels are treated like a chart's border.
-      if (raw[a] == 0 && raw[b] == 0) further[b] = 1;
+      if (raw[a] == 0 && raw[b] == 0) further_blur[b] = 1;
     }
   });
-  const auto visit = [&](const auto& is_unsure) {
+  const auto mark_where = [&](const auto& is_unsure) {
     parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         if (is_unsure(2 * i)) unsure[i] = 1;
       }
     });
   };
-  smooth(kSteps[2], lost);
-  smooth(kSteps[2], further);
-  visit([&](std::size_t a) {
-    const double variance = lost[a + 1];
+  smooth(kSteps[2], first_blur);
+  smooth(kSteps[2], further_blur);
+  mark_where([&](std::size_t a) {
+    const double variance = first_blur[a + 1];
     return product(raw, a) >
                BlurBounds::kMaxBlurAtTexel * variance + BlurBounds::kInvisibleSquaredError ||
-           lost[a] > BlurBounds::kMaxBlurNear / BlurBounds::kNoiseDivisorNear * variance +
-                         BlurBounds::kInvisibleSquaredError ||
-           further[a] > BlurBounds::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 +
-                            BlurBounds::kInvisibleSquaredError / 4;
+           first_blur[a] > BlurBounds::kMaxBlurNear / BlurBounds::kNoiseDivisorNear * variance +
+                               BlurBounds::kInvisibleSquaredError ||
+           further_blur[a] > BlurBounds::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 +
+                                 BlurBounds::kInvisibleSquaredError / 4;
   });
   // The variance of the mean of both estimates is half of the measured variance of one.
   for (std::size_t i = 0; i < count_; ++i) {
-    result.plain_variance[i] = static_cast<float>(plain_variance * lost[2 * i + 1] / 2);
+    result.plain_variance[i] = static_cast<float>(plain_variance * first_blur[2 * i + 1] / 2);
   }
-  smooth(kSteps[4] - kSteps[2], lost);
-  smooth(kSteps[4] - kSteps[2], further);
-  visit([&](std::size_t a) {
-    return lost[a] > BlurBounds::kMaxBlurFar / BlurBounds::kNoiseDivisorFar * lost[a + 1] +
-                         BlurBounds::kInvisibleSquaredError ||
-           (further[a + 1] > BlurBounds::kMaxSquaredCentroidShift &&
+  smooth(kSteps[4] - kSteps[2], first_blur);
+  smooth(kSteps[4] - kSteps[2], further_blur);
+  mark_where([&](std::size_t a) {
+    return first_blur[a] >
+               BlurBounds::kMaxBlurFar / BlurBounds::kNoiseDivisorFar * first_blur[a + 1] +
+                   BlurBounds::kInvisibleSquaredError ||
+           (further_blur[a + 1] > BlurBounds::kMaxSquaredCentroidShift &&
             smoothed[a] + smoothed[a + 1] > 0);
   });
 }

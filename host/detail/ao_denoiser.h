@@ -33,13 +33,14 @@ class AoDenoiser {
     /// Pixel index in the band: (row - first_row) * width + column
     std::span<const std::uint32_t> place;
     std::span<const std::uint32_t> triangle;  ///< Triangle of the low poly that each texel shows
-    const cl::Array<float>& points;           ///< Positions and normals in six planes
+    /// Six arrays, one per component: positions, then normals
+    const cl::Array<float>& points;
     std::uint32_t points_plane = 0;
   };
   void prepare(const Texels& texels);
   /// Host memory for run() and its result, in bytes per texel.
   static constexpr std::uint64_t kBytesPerTexel = (4 * 2 + 2) * sizeof(float);
-  /// Additional host memory, in bytes per texel, if run() searches for unsure texels, and for
+  /// Additional host memory, in bytes per texel, of run() if it searches for unsure texels, and of
   /// mark_nearby().
   static constexpr std::uint64_t kBytesPerTexelToFindUnsure =
       (3 * 2 + 1) * sizeof(float) + 1 + 8 * sizeof(std::uint32_t);
@@ -93,15 +94,16 @@ class AoDenoiser {
   /// Sums over the texels of a tile: their number, and for each level of smoothing the squared
   /// error and the squared noise.
   struct Tile {
-    double count = 0, blur = 0;  // `blur` is the squared error from the blur of the first step
-    // `error` does not include the blur of the first step
+    // `blur` is the squared error from the blur of the first smoothing step
+    double count = 0, blur = 0;
+    // `error` does not include the blur of the first smoothing step
     std::array<double, kSteps.size()> error{}, noise{};
     void add(const Tile& other);
   };
   struct LevelChoice {
     std::int32_t level = -1;  // Index of the chosen level; -1 if the tile has no texels
     float error = 0;
-    // True if plain rays are expected to have a smaller error than any level
+    // True if plain rays are expected to have a smaller error than any level of smoothing
     bool is_unsure = false;
   };
 

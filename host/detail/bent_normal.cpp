@@ -79,7 +79,7 @@ MapRow bent_normal_map() {
       "occlusion.back_faces occlusion.by_high occlusion.by_low occlusion.by_others "
       "occlusion.own_part";
   row.info.other_names = "bent";
-  row.follows_positions = row.reads_around = row.streams = true;
+  row.follows_positions = row.reads_around = row.supports_streaming = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<BentNormal>(request);
   };

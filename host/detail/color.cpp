@@ -92,7 +92,7 @@ MapRow color_map() {
   row.info.other_names = "albedo base_color basecolor colour diffuse diffuse_color";
   row.weighted = true;
   row.follows_positions = true;
-  row.streams = true;  // but for pictures, which streaming_obstacle() refuses
+  row.supports_streaming = true;  // of vertex colours only; streaming_obstacle() rejects pictures
   row.make = [](const MapRequest& request) {
     return make_point_map(request, color_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Color>(

@@ -24,7 +24,7 @@ class SharedCurvature : public SharedWork {
   explicit SharedCurvature(const MapRequest& request)
       : source_(request.source),
         radius_option_(request.options.curvature_radius),
-        uses_independent_check_(request.checks) {}
+        uses_independent_check_(request.is_reference) {}
 
   void next_band() override {}
   void next_source() override { source_version_.reset(); }

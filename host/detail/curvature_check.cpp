@@ -45,10 +45,10 @@ bool are_disjoint(const std::array<Vec3d, 3>& t, const Vec3d& centre, double rad
          along(t[0].z, t[1].z, t[2].z, centre.z);
 }
 
-double least_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
+double min_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
 /// Binary exponent of a triangle's extent along x, or of the radius if that is larger.
 int size_exponent(const std::array<Vec3d, 3>& c, double radius) {
-  return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - least_x(c), radius));
+  return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - min_x(c), radius));
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const 
     for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = to_double(positions[t[k]]);
     piece.normal = unit_normal(piece.corner);
     piece.size_exponent = size_exponent(piece.corner, radius);
-    piece.x = least_x(piece.corner);
+    piece.x = min_x(piece.corner);
   }
   std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
     return std::tie(a.size_exponent, a.x) < std::tie(b.size_exponent, b.x);
@@ -164,7 +164,7 @@ void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
 double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
   const std::uint32_t seed = piece_of_[triangle];
   bool is_connectivity_known = false;
-  const auto is_of_sheet = [&](std::uint32_t i) {
+  const auto is_on_sheet = [&](std::uint32_t i) {
     if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kMaxOpposedCosine)
       return true;
     if (!std::exchange(is_connectivity_known, true)) find_connected(point, seed, scratch);
@@ -175,7 +175,7 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
   double area = 0, bend = 0;
   for (const std::uint32_t i : scratch.nearby_pieces) {
     const Piece& piece = pieces_[i];
-    if (are_disjoint(piece.corner, point, radius_) || !is_of_sheet(i)) continue;
+    if (are_disjoint(piece.corner, point, radius_) || !is_on_sheet(i)) continue;
     const Vec3d a = piece.corner[0] - point, b = piece.corner[1] - point,
                 c = piece.corner[2] - point;
     bend += (piece.angle[0] * length_in_ball(a, b, radius_) +
@@ -196,14 +196,15 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
     const Vec3d down = (b - a) - along * slant;
     const double height = length(down), middle = -dot(a, down) / height;
     const double off_plane = dot(a, cross(along, down)) / height;
-    const double across = radius_ * radius_ - off_plane * off_plane;
+    const double squared_disc_radius = radius_ * radius_ - off_plane * off_plane;
     const double begin = std::max(0.0, middle - radius_), end = std::min(height, middle + radius_);
     if (begin >= end) continue;
     for (int s = 0; s < kStrips; ++s) {
       const double y = begin + (end - begin) * (s + 0.5) / kStrips;
-      const double square = across - (y - middle) * (y - middle);
-      if (!(square > 0)) continue;
-      const double half_chord = std::sqrt(square), chord_begin = foot + slant * y / height;
+      const double squared_half_chord = squared_disc_radius - (y - middle) * (y - middle);
+      if (!(squared_half_chord > 0)) continue;
+      const double half_chord = std::sqrt(squared_half_chord),
+                   chord_begin = foot + slant * y / height;
       const double chord_end = chord_begin + width * y / height;
       area += std::max(0.0, std::min(chord_end, half_chord) - std::max(chord_begin, -half_chord)) *
               (end - begin) / kStrips;

@@ -24,7 +24,7 @@ class CurvatureCheck {
     Vec3d centre{};
     std::vector<std::uint32_t> nearby_pieces;
     bool is_gathered = false;
-    /// For each gathered triangle, 1 if it is connected with the last point
+    /// For each gathered triangle, 1 if it is connected with the triangle of the last point
     std::vector<std::uint8_t> is_connected;
     std::vector<std::uint32_t> visited_pieces;
   };
@@ -40,13 +40,13 @@ class CurvatureCheck {
   struct Piece {
     std::array<Vec3d, 3> corner{};
     std::array<double, 3> angle{};  ///< Signed dihedral angle at edge k, which starts at corner k
-    /// The pieces around edge k form a ring: for each, 3 * (index of the next piece) + (number of
-    /// the edge in it)
+    /// For edge k, 3 * p + e: p is the next piece in the ring of pieces around the edge, e the
+    /// number of the edge in that piece
     std::array<std::uint32_t, 3> next_side{};
     Vec3d normal{};  ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
     int size_exponent = 0;  ///< Binary exponent of the triangle's size along x
-    double x = 0;           ///< Smallest x of its corners
+    double x = 0;           ///< Smallest x of the triangle's corners
   };
 
   void find_angles();
@@ -55,7 +55,7 @@ class CurvatureCheck {
 
   double radius_;
   std::vector<std::uint32_t> piece_of_;  // For each triangle, the index of its piece
-  std::vector<Piece> pieces_;  // Sorted by `size_exponent`, then by `x`, for range queries
+  std::vector<Piece> pieces_;  // Pieces, sorted by `size_exponent`, then by `x`, for range queries
 };
 
 }  // namespace kiln

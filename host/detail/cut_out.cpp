@@ -58,7 +58,7 @@ class Cutter {
     if (result_.triangles.empty()) {
       throw Error(ErrorCode::input,
                   "The mesh '" + mesh_.name +
-                      "' is nowhere as opaque as the threshold: lower the threshold of opacity.");
+                      "' has no point whose opacity reaches the threshold: lower the threshold.");
     }
     delete_slivers();
     return std::move(result_);
@@ -182,7 +182,7 @@ class Cutter {
     }
   }
 
-  /// The UVs of the UV set that the opacity texture of a triangle's material uses.
+  /// The triangle's UVs in the UV set that the opacity texture of its material uses.
   const std::vector<Vec2>& uv_pool_of(std::size_t triangle) const {
     if (opacity_.uv_sets.empty()) return mesh_.uvs;
     const std::uint32_t uv_set = opacity_.uv_sets[mesh_.materials[triangle]];
@@ -414,11 +414,11 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
                                       "layout.");
   }
   const bool by_material = !opacity.image_of.empty();
-  bool fits = by_material ? opacity.image_of.size() == mesh.material_names.size() &&
-                                mesh.materials.size() == mesh.triangles.size()
-                          : opacity.images.size() == 1 || !opacity.tiles.empty();
-  fits =
-      fits &&
+  bool is_valid = by_material ? opacity.image_of.size() == mesh.material_names.size() &&
+                                    mesh.materials.size() == mesh.triangles.size()
+                              : opacity.images.size() == 1 || !opacity.tiles.empty();
+  is_valid =
+      is_valid &&
       (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size()) &&
       (opacity.wraps.empty() || opacity.wraps.size() == opacity.image_of.size()) &&
       (opacity.uv_sets.empty() || opacity.uv_sets.size() == opacity.image_of.size()) &&
@@ -426,24 +426,24 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
       (opacity.times_vertex_colors.empty() ||
        opacity.times_vertex_colors.size() == opacity.image_of.size());
   for (const std::uint32_t picture : opacity.image_of) {
-    fits = fits && (picture == Texture::kNone || picture < opacity.images.size());
+    is_valid = is_valid && (picture == Texture::kNone || picture < opacity.images.size());
   }
   for (const TextureTile& tile : opacity.tiles) {
-    fits = fits && tile.set < opacity.images.size() && tile.image < opacity.images.size();
+    is_valid = is_valid && tile.set < opacity.images.size() && tile.image < opacity.images.size();
   }
   for (const std::uint32_t uv_set : opacity.uv_sets) {
-    fits =
-        fits && (uv_set == mesh.uv_set ||
-                 std::any_of(mesh.other_uvs.begin(), mesh.other_uvs.end(), [&](const UvSet& set) {
-                   return set.set == uv_set && set.uvs.size() == mesh.uvs.size();
-                 }));
+    is_valid = is_valid &&
+               (uv_set == mesh.uv_set ||
+                std::any_of(mesh.other_uvs.begin(), mesh.other_uvs.end(), [&](const UvSet& set) {
+                  return set.set == uv_set && set.uvs.size() == mesh.uvs.size();
+                }));
   }
   for (const std::shared_ptr<const Image>& image : opacity.images) {
-    fits = fits && image != nullptr && image->channels >= 1 && image->width != 0 &&
-           image->height != 0 &&
-           image->pixels.size() == std::size_t{image->width} * image->height * image->channels;
+    is_valid = is_valid && image != nullptr && image->channels >= 1 && image->width != 0 &&
+               image->height != 0 &&
+               image->pixels.size() == std::size_t{image->width} * image->height * image->channels;
   }
-  if (!fits || opacity.channel > 3) {
+  if (!is_valid || opacity.channel > 3) {
     throw Error(ErrorCode::input, "The opacity texture does not fit the mesh '" + mesh.name +
                                       "': it needs one picture, or one for each material.");
   }

@@ -11,7 +11,7 @@ class Displacement : public PointFunction {
   explicit Displacement(const MapRequest& request) : frames_(request) {}
 
   void operator()(const HighPoint& point, float* value) const override {
-    const Vec3d components = frames_.in_space(point, point.offset);
+    const Vec3d components = frames_.transform_to_space(point, point.offset);
     value[0] = static_cast<float>(components.x);
     value[1] = static_cast<float>(components.y);
     value[2] = static_cast<float>(components.z);
@@ -32,7 +32,7 @@ MapRow displacement_map() {
               0,
               0};
   row.follows_positions = true;
-  row.streams = true;
+  row.supports_streaming = true;
   row.unit = "world units";
   row.range = range_of_reach_signed;
   row.make = [](const MapRequest& request) {

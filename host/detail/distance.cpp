@@ -13,7 +13,7 @@ MapRow distance_map() {
               0,
               0};
   row.follows_positions = true;
-  row.streams = true;
+  row.supports_streaming = true;
   row.unit = "world units";
   row.range = range_of_reach;
   row.make = [](const MapRequest& request) {

@@ -16,10 +16,11 @@ namespace {
 struct BackgroundBounds {
   /// Approximate number of texels outside of charts whose colours are counted
   std::size_t samples = std::size_t{1} << 16;
-  double share = 0.25;  ///< Minimum share of these texels that have the background's colour
+  double min_share =
+      0.25;  ///< Minimum share of the counted texels that have the background's colour
   /// Maximum difference from the background's colour in any channel; covers JPEG artefacts near an
   /// edge
-  float near = 12.0F / 255;
+  float max_color_difference = 12.0F / 255;
   /// Maximum distance in texels from charts to background. In a picture with wider padding, filters
   /// do not reach the background, so nothing is excluded
   int reach = 8;
@@ -42,8 +43,11 @@ std::uint32_t key_of(const Image& image, const float* texel) {
 
 bool are_near(const Image& image, std::uint32_t a, std::uint32_t b) {
   for (std::uint32_t c = 0; c < image.channels; ++c) {
-    const int off = static_cast<int>(a >> (8 * c) & 255U) - static_cast<int>(b >> (8 * c) & 255U);
-    if (static_cast<float>(std::abs(off)) > kBackgroundBounds.near * 255 + 0.5F) return false;
+    const int difference =
+        static_cast<int>(a >> (8 * c) & 255U) - static_cast<int>(b >> (8 * c) & 255U);
+    if (static_cast<float>(std::abs(difference)) >
+        kBackgroundBounds.max_color_difference * 255 + 0.5F)
+      return false;
   }
   return true;
 }
@@ -72,18 +76,18 @@ std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& 
   for (const auto& [key, count] : color_counts)
     near_count += are_near(image, key, most_frequent->first) ? count : 0;
   if (static_cast<double>(near_count) <
-      kBackgroundBounds.share * static_cast<double>(outside_count))
+      kBackgroundBounds.min_share * static_cast<double>(outside_count))
     return std::nullopt;
   return most_frequent->first;
 }
 
 bool is_near_background(const Image& image, const float* texel, std::uint32_t key) {
   if (has_alpha(image) && key == 0) {
-    return !(texel[image.channels - 1] > kBackgroundBounds.near);
+    return !(texel[image.channels - 1] > kBackgroundBounds.max_color_difference);
   }
   for (std::uint32_t c = 0; c < image.channels; ++c) {
     const float value = static_cast<float>(key >> (8 * c) & 255U) / 255;
-    if (!(std::abs(texel[c] - value) <= kBackgroundBounds.near)) return false;
+    if (!(std::abs(texel[c] - value) <= kBackgroundBounds.max_color_difference)) return false;
   }
   return true;
 }
@@ -135,8 +139,8 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   }
   const double slack = reach + kCentreTolerance;
   if (!wraps && (most_frequent < -slack || least > width - 1 + slack)) return false;
-  // A triangle that spans many repetitions of the picture would be scanned as often. Such a picture
-  // tiles and has no charts, so all of its texels count as covered.
+  // A triangle whose UVs span many repetitions of the picture would be scanned once for each of
+  // them. Such a picture tiles and has no charts, so all of its texels count as covered.
   constexpr double kMaxRepetitions = 4;
   const bool is_clamped = !wraps || (*wraps)[1] == TextureWrap::clamp;
   if (!is_clamped && bottom - top > kMaxRepetitions * height) {
@@ -157,8 +161,8 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   }
   bool is_any_added = false;
   for (std::int64_t y = first; y <= last; ++y) {
-    // Clips the triangle to the strip that reaches from `reach` above to `reach` below the row's
-    // centre; with reach 0 the strip is a line.
+    // Clips the triangle to the horizontal strip whose lines are at most `reach` away from the
+    // row's centre line; if `reach` is 0, the strip is that line.
     const double from_y = std::clamp(static_cast<double>(y) - reach, top, bottom);
     const double to = std::clamp(static_cast<double>(y) + reach, top, bottom);
     double left = std::numeric_limits<double>::infinity(), right = -left;

@@ -24,7 +24,7 @@ namespace kiln {
 /// The texels of a picture whose centres lie in triangles of UV space.
 class ChartTexels {
  public:
-  using Corners = std::array<std::array<double, 2>, 3>;  ///< u and v of each corner
+  using Corners = std::array<std::array<double, 2>, 3>;  ///< u and v of each of the three corners
 
   using Wraps = std::optional<std::array<TextureWrap, 2>>;
 

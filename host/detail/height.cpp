@@ -14,7 +14,7 @@ MapRow height_map() {
               0};
   row.info.other_names = "bump";
   row.follows_positions = true;
-  row.streams = true;
+  row.supports_streaming = true;
   row.unit = "world units";
   row.range = range_of_reach_signed;
   row.make = [](const MapRequest& request) {

@@ -22,16 +22,16 @@ class HemisphereMap : public MapMaker {
       : reads_(request.reads()),
         miss_(request.options.encoding.miss),
         rays_(request.shared.of<Hemispheres>(request)),
-        read_values_(read) {}
+        compute_values_(read) {}
 
   void report(BakedMap& map, std::vector<Warning>&) const override {
-    if (read_values_ == &Hemispheres::visibility) map.occlusion = rays_->report();
+    if (compute_values_ == &Hemispheres::visibility) map.occlusion = rays_->report();
   }
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,
            const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    average_samples(*reads_, band, match, miss_, (*rays_.*read_values_)(band, match, false),
+    average_samples(*reads_, band, match, miss_, (*rays_.*compute_values_)(band, match, false),
                     band.sample_count, out);
   }
 
@@ -39,8 +39,8 @@ class HemisphereMap : public MapMaker {
                    const DeviceCorrespondence& other, const cl::Array<float>& shares,
                    const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    std::vector<float> values = (*rays_.*read_values_)(band, match, false);
-    const std::vector<float> others = (*rays_.*read_values_)(band, other, true);
+    std::vector<float> values = (*rays_.*compute_values_)(band, match, false);
+    const std::vector<float> others = (*rays_.*compute_values_)(band, other, true);
     const std::vector<std::uint32_t>& triangle = reads_->read(other.triangle, band.sample_count);
     const std::vector<float>& share = reads_->read(shares, band.sample_count);
     for (std::size_t s = 0; s < values.size(); ++s) {
@@ -54,7 +54,7 @@ class HemisphereMap : public MapMaker {
   std::shared_ptr<BandReads> reads_;
   MissPolicy miss_;
   std::shared_ptr<Hemispheres> rays_;
-  ReadValues read_values_;
+  ReadValues compute_values_;
 };
 
 }  // namespace

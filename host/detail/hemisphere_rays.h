@@ -15,11 +15,11 @@ namespace kiln {
 // Minimum distance of a hit, in frame units. Nearer hits are rounding errors: the ray hits the face
 // that it starts on.
 inline constexpr float kMinHitDistance = 0x1p-20F;
-inline RayQuery query_up_to(float distance, bool back_faces) {
+inline RayQuery make_ray_query(float distance, bool back_faces) {
   RayQuery query;
   query.t_min = std::min(kMinHitDistance, distance / 2);
   query.t_max = distance;
-  query.inward = true;  // Directions are stored with the opposite sign
+  query.inward = true;  // Rays run against the stored directions, which have the opposite sign
   query.two_sided = back_faces;
   return query;
 }

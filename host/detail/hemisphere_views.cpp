@@ -20,12 +20,12 @@ constexpr std::uint32_t kViewsPerBatch = 32;
 constexpr float kBiasPixels = 0.5F;
 
 // Bounds of a view's side in pixels. Between them, a view has about the map's resolution.
-constexpr std::uint32_t kMinSize = 256, kMaxSize = 512;
+constexpr std::uint32_t kMinViewPixels = 256, kMaxViewPixels = 512;
 
 }  // namespace
 
 std::uint32_t HemisphereViews::size_for(std::uint32_t width, std::uint32_t height) {
-  return std::bit_ceil(std::clamp(std::max(width, height), kMinSize, kMaxSize));
+  return std::bit_ceil(std::clamp(std::max(width, height), kMinViewPixels, kMaxViewPixels));
 }
 
 HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
@@ -44,8 +44,8 @@ HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positio
   if (radius > 0.5) scale_ = static_cast<float>(std::ldexp(0.5, -scale_exponent));
   for (Vec3& p : positions) p = {p.x * scale_, p.y * scale_, p.z * scale_};
   rasterizer_.emplace(context, positions, triangles);
-  for (const Vec3d& toward : spread_directions(directions)) {
-    kiln_view view = make_view(toward, rasterizer_->radius(), size_);
+  for (const Vec3d& view_direction : spread_directions(directions)) {
+    kiln_view view = make_view(view_direction, rasterizer_->radius(), size_);
     view.flags = KILN_RASTER_TWO_SIDED;
     views_.push_back(view);
   }

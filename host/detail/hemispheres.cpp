@@ -162,7 +162,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
       reads_(request.reads()),
       width_(request.options.width),
       height_(request.options.height),
-      slot_bits_(static_cast<std::uint32_t>(
+      sample_slot_bits_(static_cast<std::uint32_t>(
           std::bit_width(request.options.samples * request.options.samples - 1))),
       keeps_misses_(request.options.encoding.miss == MissPolicy::keep),
       two_sided_(request.options.match.two_sided),
@@ -197,9 +197,10 @@ Hemispheres::Hemispheres(const MapRequest& request)
   upload_rays(rays_in_, rays, 1);
   rays_in_.side = -1;
   const ShadowLight& light = request.options.light;
-  const Vec3d towards = to_double(light.direction);
+  const Vec3d light_vector = to_double(light.direction);
   const double half_angle = light.angle_degrees / 2 * std::numbers::pi / 180;
-  if (length(towards) > 0) light_direction_ = to_float(towards * (1 / length(towards)));
+  if (length(light_vector) > 0)
+    light_direction_ = to_float(light_vector * (1 / length(light_vector)));
   rays_to_light_.toward_light = true;
   upload_rays(rays_to_light_, half_angle > 0 ? rays : 1, std::sin(half_angle));
   rotation_table_ = cl::Array<float>(context_, std::span<const float>(rotation_table()));
@@ -217,7 +218,7 @@ void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
 
 void Hemispheres::next_band() {
   has_rotations_ = has_keys_ = false;
-  for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
+  for (Sums& sums : sums_) sums.has_open_counts = sums.has_depth = false;
 }
 
 void Hemispheres::next_source() {
@@ -258,14 +259,15 @@ void Hemispheres::make_keys(const TexelBand& band) {
 void Hemispheres::compute_rotations(const TexelBand& band, const std::string& kernel,
                                     cl::Array<std::uint32_t>& to) {
   make_room(context_, to, plane_of(band));
-  const kiln_rotation_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
+  const kiln_rotation_params params{band.texel_count, band.first_row * width_, width_,
+                                    sample_slot_bits_};
   context_.launch(context_.kernel("hemisphere_points", kernel), band.texel_count, kLocal, params,
                   band.texel_index, band.texel_first, band.sample_slot, to);
 }
 
 void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match, bool second) {
   Sums& sums = sums_[second ? 1 : 0];
-  if (sums.has_open) return;
+  if (sums.has_open_counts) return;
   make_room(context_, sums.open, plane_of(band));
   context_.fill(sums.open, std::uint32_t{0});
   if (needs_bent_sum_) {
@@ -276,7 +278,7 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
     const RayCounts ray_counts = cast_parts(band, match, second, rays_out_, needs_bent_sum_);
     sums.open.write(context_, std::span(ray_counts.open));
     if (needs_bent_sum_) sums.bent_sum.write(context_, std::span(ray_counts.bent_sum));
-    sums.has_open = true;
+    sums.has_open_counts = true;
     return;
   }
   make_rotations(band);
@@ -284,7 +286,7 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
   const RotationsAndCounts rotations_and_counts{&rotations_, &sums.open};
   count_open(band, match, second, rays_out_, {&rotations_and_counts, 1}, occluders(),
              needs_bent_sum_ ? sums.bent_sum : none);
-  sums.has_open = true;
+  sums.has_open_counts = true;
 }
 
 void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespondence& match,
@@ -293,7 +295,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
   if (sums.has_depth) return;
   make_room(context_, sums.depth, plane_of(band));
   context_.fill(sums.depth, 0.0F);
-  const RayQuery query = query_up_to(std::min(thickness_reach_, unbounded_reach_), true);
+  const RayQuery query = make_ray_query(std::min(thickness_reach_, unbounded_reach_), true);
   make_rotations(band);
   sums.has_depth = true;
   if (!source_.is_streamed() && source_.rays().traversal() == Traversal::cpu) {
@@ -320,7 +322,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
 std::vector<float> Hemispheres::visibility(const TexelBand& band, const DeviceCorrespondence& match,
                                            bool second) {
   if (view_directions_ > 0) return visibility_by_views(band, match, second);
-  if (max_error_ > 0) return visibility_within(band, match, second);
+  if (max_error_ > 0) return visibility_within_error(band, match, second);
   cast(band, match, second);
   return compute_shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
 }
@@ -346,7 +348,7 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
     lit_counts_.write(context_, std::span(ray_counts.open));
     return compute_shares(band, lit_counts_, rays_to_light_.count);
   }
-  const RayQuery query = query_up_to(unbounded_reach_, back_faces_);
+  const RayQuery query = make_ray_query(unbounded_reach_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   make_rotations(band);
   const RotationsAndCounts rotations_and_counts{&rotations_, &lit_counts_};

@@ -34,7 +34,7 @@ class Hemispheres : public SharedWork {
 
   void next_band() override;
   void next_source() override;
-  /// Must be called before the first band if bent_sum() will be called.
+  /// Must be called before the first band if bent_sum() is to be called.
   void request_bent_sum() { needs_bent_sum_ = true; }
 
   /// [samples] the share of each sample's rays that hit nothing.
@@ -65,7 +65,7 @@ class Hemispheres : public SharedWork {
 
  private:
   struct Sums {
-    bool has_open = false, has_depth = false;
+    bool has_open_counts = false, has_depth = false;
     cl::Array<std::uint32_t> open;
     // Sums from depth views: KILN_HEMISPHERE_VIEW_SUMS planes, with one value per sample of the
     // band
@@ -85,8 +85,8 @@ class Hemispheres : public SharedWork {
   };
 
   /// Computes visibility() with an error of at most OcclusionOptions::max_error.
-  std::vector<float> visibility_within(const TexelBand& band, const DeviceCorrespondence& match,
-                                       bool second);
+  std::vector<float> visibility_within_error(const TexelBand& band,
+                                             const DeviceCorrespondence& match, bool second);
   /// The samples that have rays, grouped by texel.
   struct TexelSamples {
     std::vector<std::uint32_t> samples;
@@ -166,7 +166,7 @@ class Hemispheres : public SharedWork {
   /// Casts the rays of all samples of a band, each against the occluders of its own part.
   RayCounts cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                        const RaySet& set, bool bent_sum);
-  /// Casts `rays` more rays for each of the given samples in each round.
+  /// In each round, casts `rays` more rays for each of the given samples.
   /// \param rounds  seeds of the rounds; each casts different rays
   /// \returns for each round, the number of rays that hit nothing, by sample of the band
   std::vector<RayCounts> cast_rounds(const TexelBand& band, const DeviceCorrespondence& match,
@@ -266,7 +266,7 @@ class Hemispheres : public SharedWork {
   const Source::Impl& source_;
   const LowSurface& surface_;
   std::shared_ptr<BandReads> reads_;
-  std::uint32_t width_, height_, slot_bits_;
+  std::uint32_t width_, height_, sample_slot_bits_;
   bool keeps_misses_, two_sided_, back_faces_, by_high_, by_low_;
   // Parts, if only triangles of a sample's own part occlude it; otherwise null
   const Parts* parts_;
@@ -301,7 +301,7 @@ class Hemispheres : public SharedWork {
   std::uint32_t ray_capacity_ = 0;
   cl::Array<float> points_, texel_points_, rays_, scratch_, distances_;
   cl::Array<std::uint32_t> lit_counts_;
-  TexelBand picked_samples_;  // Samples that were gathered by pick()
+  TexelBand picked_samples_;  // The samples that pick() has gathered
   DeviceCorrespondence picked_match_;
   cl::Array<std::uint32_t> picked_indices_, picked_rotations_, second_rotations_, picked_open_,
       second_open_;

@@ -22,8 +22,8 @@ constexpr std::uint32_t kInitialRayDivisor = 8;
 // Target for the estimated error, as a share of the requested error. It is below 1, since the estimate is
 // noisy.
 constexpr double kTargetErrorShare = 0.8;
-// A texel gets no more rays if its last ones left more than this share of its error, since then
-// noise is not the cause of the error.
+// A texel gets no further rays if the previous round of rays left more than this share of its
+// error, since then noise is not the cause of the error.
 constexpr float kMaxRemainingError = 0.85F;
 // Maximum factor by which a round increases the number of a texel's rays
 constexpr std::uint32_t kMaxGrowth = 8;
@@ -37,9 +37,9 @@ constexpr std::uint64_t kBytesPerLaunch = 25'000'000;
 /// smoothing may blur are recomputed from OcclusionOptions::rays rays.
 constexpr double kMinErrorToSmoothOnly = 1;
 
-/// Variance of an estimate by `rays` rays, as a multiple of the variance of the mean of two
-/// estimates by `rays_each` rays each. The rays of a set are stratified, so the variance is
-/// proportional to rays^-1.5 (tools/bench/README.md).
+/// Variance of an estimate from `rays` rays, divided by the variance of the mean of two estimates
+/// from `rays_each` rays each. The rays of a set are stratified, so the variance is proportional to
+/// rays^-1.5 (tools/bench/README.md).
 double plain_variance(std::uint32_t rays_each, std::uint32_t rays) {
   return 2 * std::pow(static_cast<double>(rays_each) / rays, 1.5);
 }
@@ -124,26 +124,26 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
     texel_pieces[p].samples += texel_pieces[p - 1].samples;
     texel_pieces[p].texels += texel_pieces[p - 1].texels;
   }
-  TexelSamples shared;
-  shared.samples.resize(texel_pieces.back().samples);
-  shared.first.resize(texel_pieces.back().texels + 1);
+  TexelSamples texel_samples;
+  texel_samples.samples.resize(texel_pieces.back().samples);
+  texel_samples.first.resize(texel_pieces.back().texels + 1);
   std::vector<std::uint32_t> representative(texel_pieces.back().texels),
-      place(representative.size()), of_low(representative.size());
+      place(representative.size()), low_triangles(representative.size());
   parallel_for(texel_count, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
     auto [to, at] = texel_pieces[begin / kTexelsPerPiece];
     for (std::size_t t = begin; t < end; ++t) {
       const std::size_t first_output = to;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-        if (has_rays(s)) shared.samples[to++] = s;
+        if (has_rays(s)) texel_samples.samples[to++] = s;
       }
       if (to == first_output) continue;
-      representative[at] = shared.samples[first_output];
+      representative[at] = texel_samples.samples[first_output];
       place[at] = index[t];
-      of_low[at] = low[representative[at]];
-      shared.first[++at] = static_cast<std::uint32_t>(to);
+      low_triangles[at] = low[representative[at]];
+      texel_samples.first[++at] = static_cast<std::uint32_t>(to);
     }
   });
-  if (representative.empty()) return shared;
+  if (representative.empty()) return texel_samples;
   if (!denoiser_) denoiser_.emplace(context_, surface_, width_, height_);
   upload();
   make_room(context_, picked_indices_, representative.size());
@@ -154,9 +154,10 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
   params.stride = params.plane = round_up_to_lanes(params.count);
   make_room(context_, texel_points_, std::size_t{KILN_HEMISPHERE_PLANES} * params.plane);
   make_points(params, band, match, texel_points_);
-  denoiser_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
+  denoiser_->prepare(
+      {band.first_row, band.row_count, place, low_triangles, texel_points_, params.plane});
   context_.finish();
-  return shared;
+  return texel_samples;
 }
 
 void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
@@ -275,8 +276,8 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   std::vector<RayCounts> plain_ray_counts(1);
   plain_ray_counts[0].open.resize(of.band.sample_count);
   std::vector<std::uint32_t> samples;
-  std::array<std::vector<std::uint32_t>, 3>
-      blurred_by_reach;  // Indexed by the result of blur_reach()
+  // For each result of blur_reach(), the texels that have it
+  std::array<std::vector<std::uint32_t>, 3> blurred_by_reach;
   while (!texels.empty()) {
     samples.clear();
     for (std::vector<std::uint32_t>& list : blurred_by_reach) list.clear();
@@ -307,8 +308,9 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   }
 }
 
-std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
-                                                  const DeviceCorrespondence& match, bool second) {
+std::vector<float> Hemispheres::visibility_within_error(const TexelBand& band,
+                                                        const DeviceCorrespondence& match,
+                                                        bool second) {
   make_keys(band);
   std::vector<float> shares(band.sample_count);
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};

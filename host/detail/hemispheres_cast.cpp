@@ -32,12 +32,12 @@ constexpr std::uint32_t kDirectionsPerBlock = 32;
 // diagonal.
 constexpr float kOriginOffset = 0x1p-17F;
 
-/// Numbers of directions and of samples in a block.
-kiln_cast_params block_size(std::uint32_t rays) {
-  kiln_cast_params how{};
-  how.rows = std::min(kDirectionsPerBlock, rays);
-  how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
-  return how;
+/// Chooses the numbers of directions and of samples in a block of rays.
+kiln_cast_params choose_block_size(std::uint32_t rays) {
+  kiln_cast_params block{};
+  block.rows = std::min(kDirectionsPerBlock, rays);
+  block.samples = KILN_OCCLUSION_BLOCK / block.rows / kLanes * kLanes;
+  return block;
 }
 
 /// Which rays of a band have a hit in the occluders that were searched so far: one bit a ray, in the order in which
@@ -189,7 +189,7 @@ void Hemispheres::add_misses(const kiln_hemisphere_params& params,
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                              const RaySet& set, std::span<const RotationsAndCounts> rotations,
                              const Occluders& occluders, const cl::Array<float>& bent_sum) {
-  const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
+  const RayQuery query = make_ray_query(occlusion_reach_, back_faces_);
   if (occluders.are_cast_in_one_step()) {
     if (bent_sum.empty() && casts_by_sample(band, set)) {
       cast_by_sample(band, match, second, set, rotations, *occluders.whole, query);
@@ -288,7 +288,7 @@ void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorresponden
 void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
                               std::span<const RotationsAndCounts> rotations) {
   const RayCaster& caster = *occluders().whole;
-  const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
+  const RayQuery query = make_ray_query(occlusion_reach_, back_faces_);
   const cl::Array<float> no_bent_sum;
   kiln_hemisphere_params params = ray_params(picked_samples_, picked_match_, false, set);
   params.plane = round_up_to_lanes(count);
@@ -303,8 +303,8 @@ void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
 
 void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& caster,
                                 const RayQuery& query, const cl::Array<float>& depth) {
-  const kiln_cast_params how = block_size(rays_in_.count);
-  const std::size_t items = (params.stride + how.samples - 1) / how.samples;
+  const kiln_cast_params block = choose_block_size(rays_in_.count);
+  const std::size_t items = (params.stride + block.samples - 1) / block.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
   make_room(context_, distances_, items * KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
@@ -312,7 +312,7 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
   const std::uint32_t max_rays = std::max(1U, kMaxRaysPerLaunch / params.stride);
   for (params.first_ray = 0; params.first_ray < rays_in_.count; params.first_ray += params.rays) {
     params.rays = std::min(max_rays, rays_in_.count - params.first_ray);
-    context_.launch(cast, items, 1, params, caster.params(query, KILN_OCCLUSION_BLOCK), how,
+    context_.launch(cast, items, 1, params, caster.params(query, KILN_OCCLUSION_BLOCK), block,
                     caster.tree().nodes, caster.tree().blocks, points_, rotations_, rotation_table_,
                     rays_in_.directions, rays_in_.rings, scratch_, distances_, depth);
   }
@@ -324,9 +324,9 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
                              std::span<const RotationsAndCounts> rotations, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,
                              const cl::Array<float>& bent_sum) {
-  kiln_cast_params how = block_size(set.count);
-  how.wants_bent_sum = bent_sum.empty() ? 0 : 1;
-  const std::size_t items = (params.stride + how.samples - 1) / how.samples;
+  kiln_cast_params block = choose_block_size(set.count);
+  block.wants_bent_sum = bent_sum.empty() ? 0 : 1;
+  const std::size_t items = (params.stride + block.samples - 1) / block.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
   make_room(context_, ray_hits_, items * KILN_OCCLUSION_BLOCK);
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
@@ -336,7 +336,7 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
   for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
     params.rays = std::min(max_rays, set.count - params.first_ray);
     for (const auto& [sample_rotations, open] : rotations) {
-      context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
+      context_.launch(cast, items, 1, params, query_params, block, caster.tree().nodes,
                       caster.tree().blocks, points, *sample_rotations, rotation_table_,
                       set.directions, set.rings, scratch_, ray_hits_, *open,
                       bent_sum.empty() ? scratch_ : bent_sum);

@@ -73,16 +73,17 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
                              std::span<const std::uint32_t> rounds,
                              std::span<RayCounts> ray_counts) {
-  const RayQuery query = query_up_to(unbounded_reach_, back_faces_);  // Used by rays to the light
+  const RayQuery query =
+      make_ray_query(unbounded_reach_, back_faces_);  // Used by rays to the light
   const cl::Kernel count_lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
   const bool wants_bent_sum = !ray_counts[0].bent_sum.empty();
-  const std::array<RotationsAndCounts, 2> both_rounds{
+  const std::array<RotationsAndCounts, 2> round_arrays{
       RotationsAndCounts{&picked_rotations_, &picked_open_},
       RotationsAndCounts{&second_rotations_, &second_open_}};
   const std::span<const RotationsAndCounts> rotations =
-      std::span(both_rounds).first(ray_counts.size());
+      std::span(round_arrays).first(ray_counts.size());
   const std::span<const std::uint32_t> samples = group.samples;
   // Each batch passes over all occluders, which is slow if they are not in memory together.
   const std::size_t batch = group.occluders.whole != nullptr ? kSamplesPerBatch : samples.size();

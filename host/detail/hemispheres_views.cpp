@@ -91,7 +91,7 @@ Hemispheres::Occluders Hemispheres::occluders() {
 void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence& match,
                                bool second) {
   Sums& sums = sums_[second ? 1 : 0];
-  if (sums.has_open) return;
+  if (sums.has_open_counts) return;
   if (!views_) {
     OccluderCaster occluders_of_all = caster_of_all_occluders();
     views_.emplace(context_, std::move(occluders_of_all.positions), occluders_of_all.triangles,
@@ -119,7 +119,7 @@ void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence
                    std::span(sums.view_sums).subspan(p * band.sample_count, band.sample_count),
                    p * capacity);
   }
-  sums.has_open = true;
+  sums.has_open_counts = true;
 }
 
 OcclusionReport Hemispheres::report() const {
@@ -136,24 +136,24 @@ std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
   const std::vector<float>& view_sums = sums_[second ? 1 : 0].view_sums;
   const std::size_t plane = band.sample_count;
   std::vector<float> shares(plane);
-  const TexelSamples shared = prepare_filter(band, match, second);
-  const std::size_t texels = shared.first.size() - 1;
+  const TexelSamples texel_samples = prepare_filter(band, match, second);
+  const std::size_t texels = texel_samples.first.size() - 1;
   if (texels == 0) return shares;
   std::vector<float> pairs(2 * texels);
   for (std::size_t t = 0; t < texels; ++t) {
     for (std::size_t estimate = 0; estimate < 2; ++estimate) {
       double open = 0, all = 0;
-      for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
-        open += view_sums[estimate * plane + shared.samples[s]];
-        all += view_sums[(2 + estimate) * plane + shared.samples[s]];
+      for (std::size_t s = texel_samples.first[t]; s < texel_samples.first[t + 1]; ++s) {
+        open += view_sums[estimate * plane + texel_samples.samples[s]];
+        all += view_sums[(2 + estimate) * plane + texel_samples.samples[s]];
       }
       pairs[2 * t + estimate] = all > 0 ? static_cast<float>(open / all) : 0.0F;
     }
   }
   const AoDenoiser::Result smooth = denoiser_->run(pairs);
   for (std::size_t t = 0; t < texels; ++t) {
-    for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
-      shares[shared.samples[s]] = smooth.shares[t];
+    for (std::size_t s = texel_samples.first[t]; s < texel_samples.first[t + 1]; ++s) {
+      shares[texel_samples.samples[s]] = smooth.shares[t];
     }
   }
   return shares;

@@ -142,9 +142,8 @@ class IdMap : public PointFunction {
   void count_triangles() {
     for (const std::uint32_t number : part_of_triangle_) {
       if (number >= color_legend_.size()) {
-        throw Error(
-            ErrorCode::input,
-            "A triangle of the high poly has the index of a name that the list of names lacks.");
+        throw Error(ErrorCode::input,
+                    "The index of a triangle's name is outside of the high poly's list of names.");
       }
       ++color_legend_[number].triangles;
     }

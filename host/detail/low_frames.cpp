@@ -35,13 +35,13 @@ LowFrames::LowFrames(const MapRequest& request)
       interpolates_bitangent_(request.options.encoding.bitangent == Bitangent::vertex),
       y_scale_(request.options.encoding.flip_y ? -1 : 1) {}
 
-Vec3d LowFrames::in_space(const HighPoint& point, const Vec3d& vector) const {
-  Vec3d result = in_frame(point, vector);
+Vec3d LowFrames::transform_to_space(const HighPoint& point, const Vec3d& vector) const {
+  Vec3d result = compute_components(point, vector);
   result.y *= y_scale_;
   return result;
 }
 
-Vec3d LowFrames::in_frame(const HighPoint& point, const Vec3d& vector) const {
+Vec3d LowFrames::compute_components(const HighPoint& point, const Vec3d& vector) const {
   const kiln_low_shading& low = shading_[point.low_triangle];
   if (space_ == NormalMapSpace::object) return vector;
   if (space_ == NormalMapSpace::face) {

@@ -14,10 +14,10 @@ namespace kiln {
 class LowFrames {
  public:
   explicit LowFrames(const MapRequest& request);
-  Vec3d in_space(const HighPoint& point, const Vec3d& vector) const;
+  Vec3d transform_to_space(const HighPoint& point, const Vec3d& vector) const;
 
  private:
-  Vec3d in_frame(const HighPoint& point, const Vec3d& vector) const;
+  Vec3d compute_components(const HighPoint& point, const Vec3d& vector) const;
 
   std::vector<kiln_low_shading> shading_;
   NormalMapSpace space_;

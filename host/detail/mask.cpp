@@ -51,7 +51,7 @@ MapRow mask_map() {
               "the alpha of foliage",
               0,
               1};
-  row.streams = true;
+  row.supports_streaming = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<MaskMap>(request);
   };

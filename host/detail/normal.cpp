@@ -171,7 +171,7 @@ MapRow make_normal_row(MapKind kind, std::string_view contents,
   MapRow row;
   row.info = {kind, 3, MapType::unit_vector, contents, 0, 1};
   row.info.space = space;
-  row.streams = true;
+  row.supports_streaming = true;
   row.make = [info = row.info](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     BakeOptions options = request.options;
     options.encoding.space = space_of(info, options);
@@ -185,7 +185,7 @@ MapRow make_normal_row(MapKind kind, std::string_view contents,
 MapRow normal_map() {
   MapRow row =
       make_normal_row(MapKind::normal, "normal of the high poly, in the requested space", {});
-  row.shades = true;
+  row.is_shading_normal = true;
   row.info.other_names = "tangent_normal";
   return row;
 }

@@ -16,7 +16,7 @@ kiln_detail_params detail_params(const BakeOptions& options);
 
 /// Variants of the kernels. All give bit-identical results.
 enum class DetailPath {
-  automatic,  ///< Chosen by the type of the device
+  automatic,  ///< `wide` on CPUs, `plain` on GPUs
   plain,      ///< One sample per work-item
   wide,       ///< Eight samples per work-item, in explicit vectors
 };
@@ -54,7 +54,8 @@ class NormalDetail {
   std::size_t width_;  // Number of samples per work-item
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;
-  cl::Array<float> values_;  // Three planes, as large as the largest band so far
+  // Three arrays, one per component, each as large as the largest band so far
+  cl::Array<float> values_;
   kiln_detail_params detail_{};
   kiln_resolve_params resolve_{};
 };

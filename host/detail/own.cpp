@@ -97,7 +97,7 @@ class OwnMapMaker : public MapMaker {
       seconds_to_compile_ = std::max(0.0, seconds_ - stopwatch.lap());
       return kernel;
     } catch (const Error&) {
-      // A compilation that exceeded its time limit still runs in a thread that uses the device's
+      // If a compilation exceeds its time limit, its thread runs on and still uses the device's
       // context. Such devices are therefore never released.
       static auto* const unreleased_devices = new std::vector<Device>();
       static std::mutex mutex;
@@ -159,7 +159,7 @@ class OwnMapMaker : public MapMaker {
       }
       launch(params);
       if (context_.finish_within(seconds_)) continue;
-      [[maybe_unused]] const auto* const runs_on = run_scope.release();
+      [[maybe_unused]] const auto* const leaked_scope = run_scope.release();
       const std::string limit = formatted("%g s", seconds_);
       throw Error(ErrorCode::input, "The map " + message_label_ + " did not finish " +
                                         std::to_string(params.end - params.first) + " samples in " +
@@ -268,14 +268,14 @@ std::string preprocessed(std::string_view source) {
 }
 
 bool has_assembly(std::string_view line) {
-  const auto is_of_word = [&](std::size_t i) {
+  const auto is_word_character = [&](std::size_t i) {
     return std::isalnum(static_cast<unsigned char>(line[i])) != 0 || line[i] == '_';
   };
   std::size_t end = 0;
   for (std::size_t begin = line.find("asm"); begin != line.npos; begin = line.find("asm", end)) {
     end = begin + 3;
-    while (begin > 0 && is_of_word(begin - 1)) --begin;
-    while (end < line.size() && is_of_word(end)) ++end;
+    while (begin > 0 && is_word_character(begin - 1)) --begin;
+    while (end < line.size() && is_word_character(end)) ++end;
     const std::string_view word = line.substr(begin, end - begin);
     if (word == "asm" || word == "__asm" || word == "__asm__") return true;
   }

@@ -1,4 +1,4 @@
-// Custom maps, whose function the caller supplies.
+// Maps that are computed by a function that the caller supplies.
 #pragma once
 
 #include "detail/registry.h"

@@ -19,7 +19,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxChannels = 4;
-constexpr std::size_t kWeightChannel = 3;  // In values with a weight, the element that holds it
+// Index of the element that holds the weight, in values that have one
+constexpr std::size_t kWeightChannel = 3;
 using Value = std::array<float, kMaxChannels>;
 
 /// Host copy of a correspondence.
@@ -35,7 +36,8 @@ struct HostCorrespondence {
       visibility[c] = reads.read(match.seen, count, c * match.capacity);
   }
   std::span<const std::uint32_t> triangle;
-  std::span<const float> u, v, distance;             // Empty if the match has none; read as 0
+  // Empty if the match has none: all values are then 0
+  std::span<const float> u, v, distance;
   std::span<const std::uint8_t> status;              // empty: all 0
   std::array<std::span<const float>, 3> visibility;  // empty: all 0
 };
@@ -60,8 +62,10 @@ Vec3d normalize_or(const Vec3d& v, const Vec3d& fallback) {
 /// For each triangle of the low poly, two edges of a sample's square footprint on the surface, in
 /// frame units: rightwards and downwards in the map.
 std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
-  const double across = 1.0 / request.options.width / request.options.samples / request.finer;
-  const double down = -1.0 / request.options.height / request.options.samples / request.finer;
+  const double sample_width =
+      1.0 / request.options.width / request.options.samples / request.footprint_divisor;
+  const double down =
+      -1.0 / request.options.height / request.options.samples / request.footprint_divisor;
   const LowSurface& surface = request.surface;
   std::vector<std::array<Vec3d, 2>> sides(surface.triangles.size());
   for (std::size_t t = 0; t < sides.size(); ++t) {
@@ -72,7 +76,7 @@ std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
     const double qu = double{c.uv.x} - a.uv.x, qv = double{c.uv.y} - a.uv.y;
     const double area = pu * qv - qu * pv;
     if (surface.usable[t] == 0 || !(std::abs(area) > 0)) continue;
-    sides[t] = {(p * qv - q * pv) * (across / area), (q * pu - p * qu) * (down / area)};
+    sides[t] = {(p * qv - q * pv) * (sample_width / area), (q * pu - p * qu) * (down / area)};
   }
   return sides;
 }
@@ -177,8 +181,8 @@ class PointMap : public MapMaker {
     });
   }
 
-  /// Scratch memory for a band's blocks. A block reuses the memory of a finished one, with what
-  /// that has cached, so there are about as many as threads.
+  /// Scratch memory for a band's blocks. A block reuses the memory of a finished block, including
+  /// the values cached there, so about one memory per thread is needed.
   class ScratchPool {
    public:
     explicit ScratchPool(const PointFunction& function) : function_(function) {}
@@ -391,11 +395,12 @@ class PointMap : public MapMaker {
     for (std::size_t k = 0; k < 2; ++k) {
       point.uv[k] = facet.at[k] + facet.to_b[k] * point.u + facet.to_c[k] * point.v;
       const Vec3d& side = sides_[point.low_triangle][k];
-      const Vec3d carried = side - along * (dot(face_normal, side) * scale);
-      point.uv_sides[k] = {dot(facet.gradient[0], carried), dot(facet.gradient[1], carried)};
+      const Vec3d projected_side = side - along * (dot(face_normal, side) * scale);
+      point.uv_sides[k] = {dot(facet.gradient[0], projected_side),
+                           dot(facet.gradient[1], projected_side)};
       if (!needs_.weight_sides) continue;
-      point.weight_sides[k] = {dot(facet.weight_gradient[0], carried),
-                               dot(facet.weight_gradient[1], carried)};
+      point.weight_sides[k] = {dot(facet.weight_gradient[0], projected_side),
+                               dot(facet.weight_gradient[1], projected_side)};
     }
   }
 

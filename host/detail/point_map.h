@@ -22,26 +22,27 @@ struct PointScratch {
 struct HighPoint {
   bool found = true;
   std::uint32_t triangle = 0;  ///< Triangle of the high poly; KILN_NO_TRIANGLE for a miss
-  float u = 0, v = 0;          ///< Barycentric weights of its corners 1 and 2
+  float u = 0, v = 0;          ///< Barycentric weights of corners 1 and 2 of `triangle`
   /// Distance along the match's direction in world units, positive outward; 0 for a miss
   double distance = 0;
-  Vec3d position{};  ///< Position in world units
+  Vec3d position{};  ///< Position of the point in world units
   Vec3d normal{};    ///< Interpolated unit normal
   /// The method that found the point, or a miss, as kiln_sample_status
   std::uint8_t status = 0;
-  std::uint32_t low_triangle = 0;  ///< Triangle of the low poly's point
-  float low_u = 0, low_v = 0;      ///< Barycentric weights of its corners 1 and 2
-  Vec3d offset{};                  ///< Vector from the low poly's point to this one, in world units
+  std::uint32_t low_triangle = 0;  ///< Triangle of the low poly that contains its point
+  float low_u = 0, low_v = 0;      ///< Barycentric weights of corners 1 and 2 of `low_triangle`
+  /// Vector from the low poly's point to this point, in world units
+  Vec3d offset{};
   /// True if uv and uv_sides are set: they were requested, and the high poly has UVs
   bool has_uv = false;
   std::array<double, 2> uv;  ///< UV of the high poly's point
   /// Edges of the sample's square footprint, rightwards and downwards in the map. They are
   /// projected along the low poly's normal onto the high poly's triangle, and given in UVs.
   std::array<std::array<double, 2>, 2> uv_sides;
-  /// The same edges as changes of the barycentric weights of corners 1 and 2, from which they
-  /// follow in other UV sets; set if requested.
+  /// The same edges, as changes of the barycentric weights of corners 1 and 2. From these the edges
+  /// in any UV set can be computed. Only set if requested.
   std::array<std::array<double, 2>, 2> weight_sides;
-  PointScratch* scratch = nullptr;  ///< The thread's working memory
+  PointScratch* scratch = nullptr;  ///< Working memory of the calling thread
   /// Mean direction from which the low poly's point is visible; zero if it is unknown or the point
   /// is hidden
   Vec3d seen{};
@@ -51,7 +52,7 @@ struct HighPoint {
 struct PointNeeds {
   bool position = true;
   bool normal = true;
-  bool uv = false;            ///< Computes uv and uv_sides
+  bool uv = false;            ///< The function reads HighPoint::uv and uv_sides
   bool weight_sides = false;  ///< Requires uv
   bool offset = true;         ///< Implies `position`
   bool distance = true;

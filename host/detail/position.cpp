@@ -14,7 +14,7 @@ MapRow position_map() {
               0};
   row.info.options = "encoding.origin";
   row.follows_positions = true;
-  row.streams = true;
+  row.supports_streaming = true;
   row.unit = "world units";
   row.range = range_of_bounds;
   row.make = [](const MapRequest& request) {

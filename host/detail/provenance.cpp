@@ -47,7 +47,7 @@ MapRow provenance_map() {
   // The map depends only on the match, and a session that bakes texels again because normals
   // changed does not know their status. This flag excludes the map from such updates.
   row.follows_positions = true;
-  row.streams = true;
+  row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, provenance_map().info, [](const HighPoint& point, float* value) {
       const Colour colour = colour_of(point);

@@ -70,7 +70,7 @@ bool obeys(const MapInfo& map, std::string_view option) {
 
 std::optional<MapKind> shading_map(const BakeOptions& options) {
   for (const MapKind map : options.maps) {
-    if (map_row(map).shades) return map;
+    if (map_row(map).is_shading_normal) return map;
   }
   return std::nullopt;
 }

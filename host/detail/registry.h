@@ -34,13 +34,13 @@ struct MapRequest {
   const BakeOptions& options;
   SharedWorks& shared;  ///< Results that several maps of the bake use
   /// Divisor of the size of a sample's footprint, for maps that read the surface at points: the
-  /// footprint is a square whose side is (texel side / samples per side) / `finer`.
-  std::uint32_t finer = 1;
+  /// footprint is a square whose side is (texel side / samples per side) / `footprint_divisor`.
+  std::uint32_t footprint_divisor = 1;
   /// True if the map only serves to check another one of the same kind: it uses an independent
   /// method, if there is one.
-  bool checks = false;
+  bool is_reference = false;
 
-  /// Downloads of device arrays that all makers share.
+  /// Downloads of device arrays, shared by the makers of all maps.
   std::shared_ptr<BandReads> reads() const {
     return shared.of<BandReads>(std::ref(context_of(source.device)));
   }
@@ -77,12 +77,12 @@ struct MapRow {
   MapInfo info;
   /// True if renderers shade the low poly with this map: it holds unit normals in
   /// EncodingOptions::space. Plans measure the error of these normals.
-  bool shades = false;
-  /// True if this map's values, in [0, 1], are the weights in the mip chains of maps with
-  /// `weighted`. An example is opacity.
+  bool is_shading_normal = false;
+  /// True if this map's values, in [0, 1], are the weights in the mip chains of maps that have
+  /// `weighted` set. An example is opacity.
   bool weights = false;
-  /// True if this map's mip chain is weighted by the map with `weights`, so that transparent texels
-  /// do not contribute.
+  /// True if this map's mip chain is weighted by the map that has `weights` set, so that
+  /// transparent texels do not contribute.
   bool weighted = false;
   /// True if the map reads positions or distances, so that it changes wherever vertices of the high
   /// poly move.
@@ -92,7 +92,7 @@ struct MapRow {
   bool reads_around = false;
   /// True if the map reads nothing of the high poly but the matched triangles, or casts rays at all
   /// of it (Source::Impl::occluder_search()), so that the high poly may be larger than memory.
-  bool streams = false;
+  bool supports_streaming = false;
   /// Unit of the values, such as "world units", if MapInfo does not give it.
   std::string_view unit = {};
   /// Range of a channel's values in integer formats; if unset, MapInfo::low and high apply to all
@@ -101,8 +101,8 @@ struct MapRow {
   /// Number of leading channels whose differences count as errors; 0: all channels. The remaining
   /// channels repeat these.
   std::uint32_t compared_channels = 0;
-  /// True if the values depend on the size of texels, so that a larger map is not closer to the
-  /// surface.
+  /// True if the values depend on the size of texels, so that a larger map is not a better
+  /// approximation of the same values.
   bool depends_on_texel_size = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
 };
@@ -123,8 +123,8 @@ inline std::size_t map_count(const BakeOptions& options) {
          options.variants.size();
 }
 
-/// Kinds of the requested maps, without transfers and custom maps; a variant has the kind that it
-/// varies.
+/// Kinds of the requested maps, without transfers and custom maps. A variant counts as the map that
+/// it is a variant of.
 inline std::vector<MapKind> kinds_of(const BakeOptions& options) {
   std::vector<MapKind> kinds = options.maps;
   for (const MapVariant& map : options.variants) kinds.push_back(map.kind);
@@ -140,8 +140,8 @@ auto find_variant(Options& options, std::string_view name) {
   return static_cast<decltype(options.variants.data())>(nullptr);
 }
 
-/// Makes these the only requested maps.
-inline void ask_for(BakeOptions& options, std::vector<MapKind> maps) {
+/// Requests these maps and no others.
+inline void request_only(BakeOptions& options, std::vector<MapKind> maps) {
   options.maps = std::move(maps);
   options.transfers.clear();
   options.own_maps.clear();
@@ -170,7 +170,7 @@ inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {
 /// Range of each channel: the caller's (EncodingOptions::ranges) if given, otherwise the row's.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
-/// The first of a bake's maps that has MapRow::shades; null if there is none.
+/// The first of a bake's maps with which renderers shade (MapRow::is_shading_normal); null if there is none.
 std::optional<MapKind> shading_map(const BakeOptions& options);
 
 /// Space of a map's directions.

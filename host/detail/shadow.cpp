@@ -15,7 +15,7 @@ MapRow shadow_map() {
   row.info.options =
       "light occlusion.rays occlusion.distance occlusion.back_faces occlusion.by_high "
       "occlusion.by_low occlusion.by_others occlusion.own_part";
-  row.follows_positions = row.reads_around = row.streams = true;
+  row.follows_positions = row.reads_around = row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::shadow);
   };

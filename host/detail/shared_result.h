@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// A result that several maps of a bake use. The first map computes it; the others reuse it while
-/// it is valid.
+/// A result that several maps of a bake use. The first map that needs it computes it; the others
+/// reuse it while it is valid.
 class SharedWork {
  public:
   SharedWork() = default;
@@ -23,7 +23,7 @@ class SharedWork {
 /// The shared results of one bake: at most one object of each type.
 class SharedWorks {
  public:
-  /// The object of a type. The first call constructs it from the arguments.
+  /// Returns the object of a type, which the first call constructs from the arguments.
   template <typename Work, typename... Arguments>
   std::shared_ptr<Work> of(const Arguments&... arguments) {
     for (const std::shared_ptr<SharedWork>& work : works_) {

@@ -16,7 +16,7 @@ MapRow slope_map() {
               0,
               180};
   row.unit = "degrees";
-  row.streams = true;
+  row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, slope_map().info, [](const HighPoint& point, float* value) {
       const double cosine = std::clamp(point.normal.y, -1.0, 1.0);

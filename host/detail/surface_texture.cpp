@@ -113,11 +113,12 @@ void SurfaceTexture::check(const Texture& texture) const {
     fail(" must have a wrap mode and a factor for each material that it assigns pictures to.");
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
-    if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map_ + " is missing.");
+    if (image == nullptr)
+      throw Error(ErrorCode::input, "A picture of the texture of the map " + map_ + " is missing.");
     if (image->width == 0 || image->height == 0 || image->channels < 1 || image->channels > 4 ||
         image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
-      throw Error(ErrorCode::input,
-                  "A texture has no pixels, or their number does not match its size.");
+      throw Error(ErrorCode::input, "A picture of the texture of the map " + map_ +
+                                        " has no pixels, or their number does not match its size.");
     }
   }
   const auto check_picture = [&](std::uint32_t picture) {
@@ -189,10 +190,10 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_background_texels(
       corners[k] = transform_uv(triangle, uv.x, uv.y);
     }
     if (udim_tiles_.empty() || udim_tiles_[set].empty()) {
-      const bool repeats = wraps_.empty();
+      const bool are_wraps_default = wraps_.empty();
       add(*charts[set], corners,
-          ChartTexels::Wraps(repeats ? FilteredTexture::Wraps{}
-                                     : wraps_[source_.materials.of[triangle]]));
+          ChartTexels::Wraps(are_wraps_default ? FilteredTexture::Wraps{}
+                                               : wraps_[source_.materials.of[triangle]]));
       return;
     }
     for (const auto& [number, image] : udim_tiles_[set]) {

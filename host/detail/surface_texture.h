@@ -58,7 +58,8 @@ class SurfaceTexture {
   void report(std::vector<Warning>& warnings) const;
 
  private:
-  enum class Factor { color, alpha };  // Which part of the vertex colours is a factor
+  // Part of the vertex colours by which the texture is multiplied
+  enum class Factor { color, alpha };
   /// UV of a point and the sides of its footprint, in the UV set of its picture.
   struct UvPoint {
     bool has_uv = false;
@@ -75,7 +76,7 @@ class SurfaceTexture {
     bool is_channel = false;
     bool is_weighted = false;
   };
-  /// Tile number and picture of each tile of a UDIM set; empty for a single picture.
+  /// Number and picture of each tile of a UDIM set; empty if the material has a single picture.
   using UdimTiles = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
   void check(const Texture& texture) const;
@@ -93,9 +94,9 @@ class SurfaceTexture {
   const Source::Impl& source_;
   std::string map_;
   std::vector<std::unique_ptr<FilteredTexture>> pictures_;
-  /// For each picture, true if it only has the channel that is read
+  /// For each picture, true if only the channel that the map reads is kept
   std::vector<bool> is_single_channel_;
-  /// For each picture, true if alpha weights its means
+  /// For each picture, true if means over its texels are weighted by alpha
   std::vector<bool> is_alpha_weighted_;
   bool has_weights_ = false;
   /// UDIM tiles of each picture; empty if no picture has tiles
@@ -104,7 +105,8 @@ class SurfaceTexture {
   std::vector<std::array<float, 4>> constant_color_;
   std::vector<std::array<float, 6>> uv_transforms_;
   std::vector<FilteredTexture::Wraps> wraps_;
-  // UVs that each material uses; null: the mesh's own UVs. Empty if all materials use these
+  // For each material, the UVs that it uses; null: the mesh's own UVs. Empty if all materials use
+  // the mesh's own UVs
   std::vector<const std::vector<Vec2>*> uv_sets_;
   std::vector<Texture::Factor> factors_;
   std::vector<bool> multiplies_vertices_;

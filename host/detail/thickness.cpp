@@ -13,7 +13,7 @@ MapRow thickness_map() {
               0,
               1};
   row.info.options = "occlusion.rays occlusion.distance";
-  row.follows_positions = row.reads_around = row.streams = true;
+  row.follows_positions = row.reads_around = row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::thickness);
   };

@@ -20,11 +20,13 @@ namespace {
 /// equal channels, it would take three times the memory, count errors three times, and not fit
 /// formats of one channel.
 bool is_scalar(const Texture& texture) {
-  const auto all_alike = [](const std::array<float, 4>& v) { return v[0] == v[1] && v[0] == v[2]; };
+  const auto is_grey_value = [](const std::array<float, 4>& v) {
+    return v[0] == v[1] && v[0] == v[2];
+  };
   return texture.kind == TextureKind::linear &&
-         std::all_of(texture.plain.begin(), texture.plain.end(), all_alike) &&
+         std::all_of(texture.plain.begin(), texture.plain.end(), is_grey_value) &&
          std::all_of(texture.factors.begin(), texture.factors.end(),
-                     [&](const Texture::Factor& factor) { return all_alike(factor.times); }) &&
+                     [&](const Texture::Factor& factor) { return is_grey_value(factor.times); }) &&
          std::all_of(texture.images.begin(), texture.images.end(),
                      [](const auto& image) { return image != nullptr && is_grey(*image, 0); });
 }
@@ -118,7 +120,7 @@ class NormalTransfer : public PointFunction {
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
       if (size > 0) normal = scaled_normal * (side / size);
     }
-    Vec3d local = frames_.in_space(point, normal);
+    Vec3d local = frames_.transform_to_space(point, normal);
     const double size = length(local);
     if (size > 0) local = local * (1 / size);
     value[0] = static_cast<float>(local.x);
@@ -196,7 +198,7 @@ MapRow row_of(const MapVariant& variant) {
     work->variant_works.add(request.reads());
     request.shared.add(work);
     return base.make({request.source, request.surface, work->options, work->variant_works,
-                      request.finer, request.checks});
+                      request.footprint_divisor, request.is_reference});
   };
   if (!base.range) return row;
   row.range = [&base, variant](const RangeRequest& request, std::uint32_t channel) {

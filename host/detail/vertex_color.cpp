@@ -34,7 +34,7 @@ MapRow vertex_color_map() {
               0,
               1};
   row.info.missed = MissedTexels::neighbours;
-  row.streams = true;
+  row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     const Source::Impl& source = request.source;
     check_vertex_colors(source, "vertex_color",

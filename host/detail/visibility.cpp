@@ -49,8 +49,8 @@ MapRow deviation_map() {
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, deviation_map().info, [](const HighPoint& point, float* value) {
-      const double common = dot(point.seen, point.seen);
-      value[0] = static_cast<float>(std::sqrt(std::max(0.0, 1 - common)));
+      const double squared_length = dot(point.seen, point.seen);
+      value[0] = static_cast<float>(std::sqrt(std::max(0.0, 1 - squared_length)));
     });
   };
   return row;

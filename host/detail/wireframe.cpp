@@ -66,7 +66,7 @@ MapRow wireframe_map() {
               0,
               1};
   row.info.other_names = "wireframe_and_ray_fails";
-  row.follows_positions = row.depends_on_texel_size = row.streams = true;
+  row.follows_positions = row.depends_on_texel_size = row.supports_streaming = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, wireframe_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Wireframe>(request)));

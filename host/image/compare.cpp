@@ -148,7 +148,7 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
 
 Image image_differences(const Image& a, const Image& b, const Image* mask, bool by_channel) {
   check_images(a, b, mask);
-  const bool shows_angles = a.channels >= 3 && !by_channel;
+  const bool compares_angles = a.channels >= 3 && !by_channel;
   Image result{a.width, a.height, 1, {}};
   result.pixels.resize(std::size_t{a.width} * a.height);
   parallel_for(result.pixels.size(), kTexelsPerBlock, [&](std::size_t begin, std::size_t end) {
@@ -160,7 +160,7 @@ Image image_differences(const Image& a, const Image& b, const Image* mask, bool 
       const float* texel_a = &a.pixels[i * a.channels];
       const float* texel_b = &b.pixels[i * a.channels];
       double value = 0;
-      if (shows_angles) {
+      if (compares_angles) {
         value = normal_angle_degrees(texel_a, texel_b);
       } else {
         for (std::size_t c = 0; c < a.channels; ++c) {

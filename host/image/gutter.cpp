@@ -80,8 +80,9 @@ std::uint64_t fill_copies(std::span<const GutterImage> images, std::span<std::ui
         const std::int64_t dx =
             static_cast<std::int64_t>(from[x] & ((Offset{1} << kShift) - 1)) - kBias;
         const std::size_t texel = y * width + x;
-        const auto way = static_cast<std::size_t>(dy * static_cast<std::int64_t>(width) + dx);
-        copies.push_back({texel, texel + way});
+        const auto offset_in_texels =
+            static_cast<std::size_t>(dy * static_cast<std::int64_t>(width) + dx);
+        copies.push_back({texel, texel + offset_in_texels});
         state = kCoverageGutter;
       }
       for (const GutterImage& image : images) copy_values(copies, *image.image);
@@ -111,9 +112,9 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
 
   // A band copies texels at most `radius` rows away. If that is most of the image, all bands share
   // one mask.
-  const std::uint32_t masked =
+  const std::uint32_t mask_rows =
       rows + 2 * radius < image.height / 2 ? rows + 2 * radius : image.height;
-  cl::Array<std::uint8_t> mask(context, std::size_t{band.stride} * masked);
+  cl::Array<std::uint8_t> mask(context, std::size_t{band.stride} * mask_rows);
   cl::Array<Key> keys(context, key_stride * rows);
   cl::Array<Offset> offsets(context, std::size_t{band.stride} * rows);
   context.fill(keys, static_cast<Key>(0x7F7F7F7F7F7F7F7FULL));
@@ -124,9 +125,9 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   std::vector<Offset> found(offsets.size());
   for (std::uint32_t first = filled.first; first < filled.last; first += rows) {
     band.row_count = std::min(rows, filled.last - first);
-    const std::uint32_t top = masked < image.height && first > radius ? first - radius : 0;
-    if (masked < image.height || first == filled.first) {
-      band.height = std::min(masked, image.height - top);
+    const std::uint32_t top = mask_rows < image.height && first > radius ? first - radius : 0;
+    if (mask_rows < image.height || first == filled.first) {
+      band.height = std::min(mask_rows, image.height - top);
       mask.write_by(
           context, std::size_t{band.stride} * band.height, [&](std::span<std::uint8_t> sources) {
             make_mask(image, coverage, top, band.height, band.stride, missed_is_source, sources);

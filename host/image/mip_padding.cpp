@@ -60,9 +60,9 @@ bool is_in_chart(std::uint8_t coverage) {
 std::vector<TexelRole> classify_texels(const Image& image, std::span<const std::uint8_t> coverage,
                                        bool keeps_copies) {
   const std::size_t texels = coverage.size(), width = image.width;
-  std::vector<std::uint8_t> near(texels), wider(texels);
-  for (std::size_t i = 0; i < texels; ++i) near[i] = is_in_chart(coverage[i]) ? 1 : 0;
-  std::vector<std::uint8_t> beside;
+  std::vector<std::uint8_t> is_near_chart(texels), is_near_after_step(texels);
+  for (std::size_t i = 0; i < texels; ++i) is_near_chart[i] = is_in_chart(coverage[i]) ? 1 : 0;
+  std::vector<std::uint8_t> is_beside_chart;
   for (int step = 0; step < kKeptTexels; ++step) {
     parallel_for(image.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
@@ -72,22 +72,22 @@ std::vector<TexelRole> classify_texels(const Image& image, std::span<const std::
           std::uint8_t any = 0;
           for (std::size_t v = top; v <= bottom; ++v) {
             for (std::size_t u = x == 0 ? 0 : x - 1; u <= std::min(x + 1, width - 1); ++u)
-              any |= near[v * width + u];
+              any |= is_near_chart[v * width + u];
           }
-          wider[y * width + x] = any;
+          is_near_after_step[y * width + x] = any;
         }
       }
     });
-    near.swap(wider);
-    if (step == 0) beside = near;
+    is_near_chart.swap(is_near_after_step);
+    if (step == 0) is_beside_chart = is_near_chart;
   }
   std::vector<TexelRole> result(texels);
   for (std::size_t i = 0; i < texels; ++i) {
-    const bool is_copy = coverage[i] == kCoverageGutter && (keeps_copies || near[i] != 0);
-    result[i] = is_in_chart(coverage[i])          ? TexelRole::chart
-                : !is_copy                        ? TexelRole::filled
-                : !keeps_copies && beside[i] == 0 ? TexelRole::shiftable
-                                                  : TexelRole::kept;
+    const bool is_copy = coverage[i] == kCoverageGutter && (keeps_copies || is_near_chart[i] != 0);
+    result[i] = is_in_chart(coverage[i])                   ? TexelRole::chart
+                : !is_copy                                 ? TexelRole::filled
+                : !keeps_copies && is_beside_chart[i] == 0 ? TexelRole::shiftable
+                                                           : TexelRole::kept;
   }
   return result;
 }
@@ -299,17 +299,17 @@ class BiasCorrection {
   bool compute_step(const Squares& now, double mean, std::vector<double>& shift_shares) const {
     const std::size_t levels = weights_.size(), squares = shift_shares.size();
     std::vector<double> bias(levels, mean), gain(squares), direction(squares);
-    double most = 0;
+    double max_bias = 0;
     for (std::size_t k = 0; k < levels; ++k) {
       for (std::size_t s = 0; s < squares; ++s) {
         const double change =
             shift_shares[s] * (shift_shares[s] > 0 ? now.max_increase[s] : now.max_decrease[s]);
         bias[k] -= weights_[k][s] * (now.sum[s] + change);
       }
-      most = std::max(most, std::abs(bias[k]));
+      max_bias = std::max(max_bias, std::abs(bias[k]));
       bias[k] = std::copysign(std::max(0.0, std::abs(bias[k]) - kMaxBias), bias[k]);
     }
-    if (most <= kMaxBias + kBiasTolerance) return false;
+    if (max_bias <= kMaxBias + kBiasTolerance) return false;
     for (std::size_t k = 0; k < levels; ++k) {
       for (std::size_t s = 0; s < squares; ++s) direction[s] += bias[k] * weights_[k][s];
     }

@@ -79,7 +79,7 @@ struct PartChain {
     std::vector<Part<kChannels>> parts;
   };
   std::uint32_t level_width = 0, level_height = 0;
-  std::vector<Block> blocks;  // Blocks of kBlockRows rows
+  std::vector<Block> blocks;  // The parts of the level's texels, in blocks of kBlockRows rows
   // Coverage of each texel if missed texels have no values; otherwise empty
   std::vector<std::uint8_t> coverage;
 
@@ -201,7 +201,7 @@ class RowMaker {
         std::all_of(&part_cursors_[0], &part_cursors_[count_], [&](const PartCursor& cursor) {
           return cursor.at + 1 == cursor.end && cursor.at->chart == own;
         });
-    if (has_single_chart) {  // The common case: a single chart
+    if (has_single_chart) {  // The common case: the texel belongs to a single chart
       PartSum<kChannels> sum;
       for (std::size_t k = 0; k < count_; ++k)
         sum.add(*part_cursors_[k].at, part_cursors_[k].weight);

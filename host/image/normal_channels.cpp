@@ -34,7 +34,7 @@ constexpr ChannelBounds kChannelBounds;
 /// Statistics of texels sampled all over a picture.
 struct ChannelStatistics {
   std::size_t count = 0;
-  std::array<float, 4> least, most;
+  std::array<float, 4> min_values, max_values;
   /// Number of texels that are not unit vectors, although (red, green) lies in the unit disc
   std::size_t off_unit = 0;
   std::size_t in_disc = 0;  ///< Number of texels whose first two channels lie in the unit disc
@@ -42,8 +42,8 @@ struct ChannelStatistics {
   bool grey = true;               ///< True if red, green and blue are equal
 
   explicit ChannelStatistics(const Image& image) {
-    least.fill(std::numeric_limits<float>::infinity());
-    most.fill(-std::numeric_limits<float>::infinity());
+    min_values.fill(std::numeric_limits<float>::infinity());
+    max_values.fill(-std::numeric_limits<float>::infinity());
     const std::size_t texels = image.pixels.size() / image.channels;
     const std::size_t wanted = std::min(texels, kChannelBounds.samples);
     for (std::size_t k = 0; k < wanted; ++k) {
@@ -63,11 +63,11 @@ struct ChannelStatistics {
   }
 
   bool is_constant(std::size_t c) const {
-    return most[c] - least[c] <= kChannelBounds.max_unused_range;
+    return max_values[c] - min_values[c] <= kChannelBounds.max_unused_range;
   }
   bool is_filled(std::size_t c) const {
-    return most[c] <= -1 + kChannelBounds.max_distance_from_bound ||
-           least[c] >= 1 - kChannelBounds.max_distance_from_bound;
+    return max_values[c] <= -1 + kChannelBounds.max_distance_from_bound ||
+           min_values[c] >= 1 - kChannelBounds.max_distance_from_bound;
   }
   bool nearly_all(std::size_t some) const {
     return static_cast<double>(some) >= kChannelBounds.nearly_all * static_cast<double>(count);
@@ -77,8 +77,8 @@ struct ChannelStatistics {
   void add(const std::array<float, 4>& n) {
     ++count;
     for (std::size_t c = 0; c < 4; ++c) {
-      least[c] = std::min(least[c], n[c]);
-      most[c] = std::max(most[c], n[c]);
+      min_values[c] = std::min(min_values[c], n[c]);
+      max_values[c] = std::max(max_values[c], n[c]);
     }
     const float x = n[0], y = n[1], z = n[2], alpha = n[3], tilt = x * x + y * y;
     in_disc += tilt <= kChannelBounds.in_disc ? 1 : 0;
@@ -95,19 +95,20 @@ struct ChannelStatistics {
 /// opacity would be.
 bool is_dxt5nm(const Image& image, const ChannelStatistics& s) {
   return image.channels == 4 && (s.is_filled(0) || s.grey) &&
-         s.least[3] < 1 - kChannelBounds.max_distance_from_bound && s.nearly_all(s.in_disc_alpha);
+         s.min_values[3] < 1 - kChannelBounds.max_distance_from_bound &&
+         s.nearly_all(s.in_disc_alpha);
 }
 
 /// True if a picture's two channels are x and y instead of grey and opacity.
 bool holds_x_and_y(const Image& image, const ChannelStatistics& s) {
-  return image.channels == 2 && s.least[1] < 1 - kChannelBounds.max_distance_from_bound &&
+  return image.channels == 2 && s.min_values[1] < 1 - kChannelBounds.max_distance_from_bound &&
          s.nearly_all(s.in_disc);
 }
 
 /// True for a picture of three or more channels whose blue is unused.
 bool lacks_blue(const Image& image, const ChannelStatistics& s) {
   if (image.channels < 3 || s.count == 0 || !s.nearly_all(s.in_disc)) return false;
-  if (s.most[2] < 0) return true;
+  if (s.max_values[2] < 0) return true;
   // Blue is also constant if all normals have the same tilt, but then the vectors have unit length.
   return s.is_constant(2) &&
          static_cast<double>(s.off_unit) > kChannelBounds.min_share * static_cast<double>(s.count);
@@ -117,7 +118,7 @@ bool lacks_blue(const Image& image, const ChannelStatistics& s) {
 
 NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format) {
   NormalChannels result;
-  // NormalChannels::check() rejects such pictures
+  // NormalChannels::check() rejects pictures with fewer channels or without pixels
   if (image.channels < 2 || image.pixels.empty()) return result;
   result.down =
       format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
@@ -135,8 +136,8 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
     case NormalTextureFormat::two_channel:
     case NormalTextureFormat::two_channel_directx:
       result.computes_z = true;
-      // It is no contradiction if blue holds z, but normals of two channels must have (x, y) in the
-      // unit disc.
+      // A blue channel that holds z does not contradict the caller's format, but normals of two
+      // channels must have (x, y) in the unit disc.
       result.contradicts_format = !looks_two_channel && !s.nearly_all(s.in_disc);
       break;
   }

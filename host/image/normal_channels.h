@@ -12,7 +12,7 @@ namespace kiln {
 struct NormalChannels {
   bool computes_z =
       false;              ///< z is computed as sqrt(1 - x^2 - y^2) instead of being read from blue
-  bool in_alpha = false;  ///< x is in alpha (DXT5nm)
+  bool in_alpha = false;  ///< True if alpha holds x (DXT5nm)
   bool down = false;      ///< Green is -y
   bool contradicts_format = false;  ///< The picture contradicts the format that the caller gave
 

@@ -98,7 +98,7 @@ std::array<double, 4> sum_of_samples(const SamplingGrid& sampling_grid, const fl
       const Int4 left = floor_int4(x), top = floor_int4(y);
       const Float4 right = x - to_float4(left);
       const Float4 below = y - to_float4(top);
-      Float4 some{};
+      Float4 partial_sum{};
       for (int k = 0; k < 4 && i + k < sampling_grid.columns; ++k) {
         std::int64_t x0 = sampling_grid.x + left[k], y0 = sampling_grid.y + top[k], x1 = x0 + 1,
                      y1 = y0 + 1;
@@ -111,9 +111,9 @@ std::array<double, 4> sum_of_samples(const SamplingGrid& sampling_grid, const fl
           return Inside ? load_float4(from) : read_texel<Channels>(from, end);
         };
         const Float4 upper_row = mix(at(x0, y0), at(x1, y0), right[k]);
-        some += mix(upper_row, mix(at(x0, y1), at(x1, y1), right[k]), below[k]);
+        partial_sum += mix(upper_row, mix(at(x0, y1), at(x1, y1), right[k]), below[k]);
       }
-      for (std::size_t k = 0; k < 4; ++k) sum[k] += double{some[k]};
+      for (std::size_t k = 0; k < 4; ++k) sum[k] += double{partial_sum[k]};
     }
   }
   return sum;

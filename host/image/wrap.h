@@ -24,7 +24,7 @@ inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, Texture
 /// \param fraction  function that returns the fractional part of a number
 template <typename Fraction>
 double wrapped_coordinate(double value, TextureWrap wrap, const Fraction& fraction) {
-  constexpr double kMaxCoordinate = 1e7;  // Greater than any footprint
+  constexpr double kMaxCoordinate = 1e7;  // Greater than the size of any footprint
   switch (wrap) {
     case TextureWrap::repeat:
       break;

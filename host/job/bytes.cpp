@@ -175,7 +175,7 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
   if (scene.sets.empty() && maps.normal != nullptr) {
     if (!fitted.high_views) {
       fitted.high_views = std::make_shared<const HighPolyView>(
-          shown_from(impl_of(source), screen_pixels(scene.run.job), plan_directions()));
+          make_high_poly_view(impl_of(source), screen_pixels(scene.run.job), plan_directions()));
     }
     normal_probe.emplace(impl_of(source), scene.low.mesh, *fitted.high_views);
     options.normal_error = [&](const Image& picture) {

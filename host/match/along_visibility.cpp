@@ -19,7 +19,7 @@ class VisibilityMatcher : public Matcher {
         rays_(request.source.rays()),
         query_(ray_query(request, false)),
         samples_per_side_(request.samples),
-        hybrid_(hybrid),
+        is_hybrid_(hybrid),
         cluster_(request.cluster) {
     std::shared_ptr<const VisibilityField> unshared_field;
     std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : unshared_field;
@@ -39,7 +39,7 @@ class VisibilityMatcher : public Matcher {
       points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
       points_capacity_ = band.capacity;
     }
-    field_->write_directed_samples(band, samples_per_side_, hybrid_, points_, points_capacity_,
+    field_->write_directed_samples(band, samples_per_side_, is_hybrid_, points_, points_capacity_,
                                    cluster_);
     if (!match.seen.empty())
       field_->means(band, samples_per_side_, match.seen, match.capacity, cluster_);
@@ -54,7 +54,7 @@ class VisibilityMatcher : public Matcher {
   const RayCaster& rays_;
   RayQuery query_;
   std::uint32_t samples_per_side_;
-  bool hybrid_;
+  bool is_hybrid_;
   std::uint32_t cluster_;
   std::shared_ptr<const VisibilityField> field_;
   std::uint32_t points_capacity_ = 0;

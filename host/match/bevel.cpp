@@ -52,16 +52,20 @@ struct EdgeSidePoint {
   Vec3 position, direction;
 };
 
-/// Makes the point at `share` of an edge's length and at distance `off` from the edge, on one of its faces.
+/// Makes the point on one of an edge's faces at `share` of the edge's length and at a distance of
+/// `distance_from_edge` from the edge.
 EdgeSidePoint point_beside_edge(const std::array<LowSurface::Corner, 3>& face,
-                                const HardEdges::Edge& edge, double share, double off) {
+                                const HardEdges::Edge& edge, double share,
+                                double distance_from_edge) {
   const Vec3d along = to_double(edge.along), a = to_double(face[0].position);
   const Vec3d ab = to_double(face[1].position) - a, ac = to_double(face[2].position) - a;
   const Vec3d normal = cross(ab, ac);
-  Vec3d inward = cross(normal, along);
+  Vec3d inward_direction = cross(normal, along);
   const Vec3d middle = a + (ab + ac) * (1.0 / 3);
-  if (dot(inward, middle - to_double(edge.from)) < 0) inward = -inward;
-  const Vec3d p = to_double(edge.from) + along * share + inward * (off / length(inward));
+  if (dot(inward_direction, middle - to_double(edge.from)) < 0)
+    inward_direction = -inward_direction;
+  const Vec3d p = to_double(edge.from) + along * share +
+                  inward_direction * (distance_from_edge / length(inward_direction));
   const double area = dot(normal, normal);
   const double u = dot(cross(p - a, ac), normal) / area, v = dot(cross(ab, p - a), normal) / area;
   if (!(u >= 0 && v >= 0 && u + v <= 1)) return {};
@@ -72,8 +76,8 @@ EdgeSidePoint point_beside_edge(const std::array<LowSurface::Corner, 3>& face,
   return {to_float(p), to_float(direction * (1 / size))};
 }
 
-/// What rays measure on one side of an edge: angles between high poly and face, and gaps (heights
-/// of the high poly), per distance from the edge.
+/// Measurements of rays on one side of an edge, for each distance from the edge: the angles between
+/// high poly and face, and the gaps (heights of the high poly above the face).
 struct SideProfile {
   std::array<std::vector<double>, kEdgeDistances> angles, gaps;
 
@@ -112,7 +116,7 @@ class BevelProbes {
  public:
   BevelProbes(const Source::Impl& high, const LowSurface& surface, double max_edge_distance,
               const Parts* parts)
-      : high_(high), surface_(surface), farthest_(max_edge_distance), parts_(parts) {}
+      : high_(high), surface_(surface), max_edge_distance_(max_edge_distance), parts_(parts) {}
 
   /// Measures the profiles of both sides of edges [begin, end) of a list.
   std::vector<std::array<SideProfile, 2>> measure_profiles(const HardEdges& hard, std::size_t begin,
@@ -130,7 +134,7 @@ class BevelProbes {
         const EdgeSidePoint edge_point = point_beside_edge(
             surface_.triangles[edge.faces[side]], edge,
             (static_cast<double>(along) + 0.5) / static_cast<double>(points_per_edge),
-            edge_distance(i % kEdgeDistances, farthest_));
+            edge_distance(i % kEdgeDistances, max_edge_distance_));
         const Vec3 &p = edge_point.position, &d = edge_point.direction;
         const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
         for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
@@ -176,7 +180,7 @@ class BevelProbes {
 
   const Source::Impl& high_;
   const LowSurface& surface_;
-  double farthest_;
+  double max_edge_distance_;
   const Parts* parts_;
 };
 
@@ -202,17 +206,17 @@ Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const Ha
   const double max_edge_distance = kMaxEdgeDistance * diagonal,
                min_width = kMinBlendWidth * diagonal;
   const std::size_t stride = 1 + hard.edges.size() / kMaxMeasuredEdges;
-  const std::size_t measured = (hard.edges.size() + stride - 1) / stride;
+  const std::size_t measured_edges = (hard.edges.size() + stride - 1) / stride;
   const std::size_t points_per_edge = std::clamp<std::size_t>(
-      kTargetRayCount / (2 * kEdgeDistances * measured), 1, kMaxPointsPerEdge);
+      kTargetRayCount / (2 * kEdgeDistances * measured_edges), 1, kMaxPointsPerEdge);
   const std::size_t batch_size =
       std::max<std::size_t>(1, kTargetRayCount / (2 * kEdgeDistances * points_per_edge));
   const BevelProbes probes(high, surface, max_edge_distance, parts);
   Bevels result;
   std::vector<double> hits;
   result.widths.assign(hard.edges.size(), 0.0F);
-  for (std::size_t begin = 0; begin < measured; begin += batch_size) {
-    const std::size_t end = std::min(measured, begin + batch_size);
+  for (std::size_t begin = 0; begin < measured_edges; begin += batch_size) {
+    const std::size_t end = std::min(measured_edges, begin + batch_size);
     const auto profiles = probes.measure_profiles(hard, begin, end, stride, points_per_edge, reach);
     for (std::size_t e = begin; e < end; ++e) {
       const double width = blend_width(profiles[e - begin], max_edge_distance, min_width);

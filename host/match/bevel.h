@@ -12,7 +12,7 @@ namespace kiln {
 /// Blend widths along hard edges. Lengths in frame units.
 struct Bevels {
   std::vector<float> widths;  ///< Blend width per edge, above 0
-  /// Number of edges with an estimate from their own rays; the others use the median
+  /// Number of edges whose blend width is estimated from their own rays; the others get the median
   std::size_t found = 0;
   float median = 0;  ///< Median of the estimates; 0 without estimates
 };

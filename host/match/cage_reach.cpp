@@ -16,7 +16,7 @@ constexpr std::size_t kHullTestPoints =
     1
     // number of points at which a hull is tested before the bake
     << 14;
-constexpr float kMaxHullDistance = 4;  // In frame units; a greater length than any mesh has
+constexpr float kMaxHullDistance = 4;  // Frame units; larger than the size of any mesh
 constexpr float kMaxContactDistance = 8 * KILN_BVH_EPSILON;
 
 struct DistanceRange {
@@ -72,9 +72,9 @@ std::vector<float> CageReach::write_hull_distances(cl::Context& context,
   query.t_min = -kMaxContactDistance;
   query.t_max = kMaxHullDistance;
   query.two_sided = true;
-  DeviceCorrespondence met(context, count);
-  rays_->intersect(points, count, capacity, query, met);
-  const HostCorrespondence correspondence(context, met, count);
+  DeviceCorrespondence hits(context, count);
+  rays_->intersect(points, count, capacity, query, hits);
+  const HostCorrespondence correspondence(context, hits, count);
   std::vector<float> planes(std::size_t{7} * capacity), hull_distances(count);
   points.read(context, planes);
   const std::size_t plane = capacity;

@@ -20,20 +20,21 @@ constexpr std::size_t kTargetPointCount = 1 << 18;
 // largest height above the low poly at which an interval inside the high poly may end
 constexpr double kMaxSolidHeight = 0.25;
 constexpr double kMaxFaceDepth = 0.1;  // largest depth of a face below the low poly
-// points closer than this below another part are hidden, and ignored
+// a point that lies at most this far below another part of the low poly is hidden, and ignored
 constexpr double kMinClearance = 0.001;
 // only faces up to this height above the low poly can be the outer side of a wall, whose inner side
 // bounds the inner shell
 constexpr double kMaxWallHeight = 0.0025;
 constexpr double kMaxOwnFaceHeight =
-    0.0025;  // a face up to this height always belongs to the point below it
+    0.0025;  // a face of the high poly up to this height always belongs to the point below it
 // A face belongs to another point of the low poly if it is nearer to that point than this share of the ray's
 // length.
 constexpr float kMaxForeignRatio = 0.5F;
 // maximum number of solids above one another that a point is raised over: passes of
 // extend_to_solids()
 constexpr int kMaxStackedSolids = 4;
-constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;  // offset of ray starts past a face
+// Distance beyond a face at which the next ray starts
+constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;
 constexpr float kNoHit = std::numeric_limits<float>::infinity();
 
 class CageSearch {
@@ -149,7 +150,7 @@ class CageSearch {
     }
   }
 
-  /// Offsets of ray starts just above each point's own face.
+  /// Offsets along the points' directions at which rays start just above each point's own face.
   std::vector<float> offsets_above_faces() const {
     std::vector<float> from(point_count_, kNoHit);
     for (std::size_t i = 0; i < point_count_; ++i) {
@@ -166,17 +167,17 @@ class CageSearch {
     query.t_max = max_height_;
     query.two_sided = true;
     const Hits first = cast(offsets_above_faces(), query);
-    std::vector<float> from(point_count_, kNoHit), below(point_count_, kNoHit);
+    std::vector<float> from(point_count_, kNoHit), inner_ray_starts(point_count_, kNoHit);
     for (std::size_t i = 0; i < point_count_; ++i) {
       const float max_height = std::min(outward_limits_[i], static_cast<float>(request_.distance));
       if (first.is_back_face[i] == 0 && first.at[i] <= max_height)
         from[i] = first.at[i] + kRayStartOffset;
       if (first.is_back_face[i] != 0 && needs_.found[i] != 0)
-        below[i] = face_heights_[i] + kRayStartOffset;
+        inner_ray_starts[i] = face_heights_[i] + kRayStartOffset;
     }
     query.two_sided = false;
     query.t_max = static_cast<float>(request_.distance);
-    const Hits inner_side_hits = cast(below, query, true);
+    const Hits inner_side_hits = cast(inner_ray_starts, query, true);
     query.t_max = max_height_;
     query.two_sided = request_.two_sided;
     const Hits last = cast(from, query);
@@ -221,19 +222,19 @@ class CageSearch {
         hits[axis * point_count_ + i] += face_heights_[i] * points_[(3 + axis) * point_count_ + i];
       }
     }
-    const std::vector<float> off = low.distances(context_, hits, max_height_);
+    const std::vector<float> distances_to_low_poly = low.distances(context_, hits, max_height_);
     std::vector<std::uint8_t> is_foreign(point_count_);
     for (std::size_t i = 0; i < point_count_; ++i) {
       const float height = std::abs(face_heights_[i]);
       is_foreign[i] = needs_.found[i] != 0 && height > max_own_face_height_ &&
-                              off[i] < kMaxForeignRatio * height
+                              distances_to_low_poly[i] < kMaxForeignRatio * height
                           ? 1
                           : 0;
     }
     return is_foreign;
   }
 
-  /// For points that have no face yet, searches for one inward.
+  /// For points that have no face yet, searches inward for one.
   void search_inward() {
     std::vector<float> from(point_count_, kNoHit);
     for (std::size_t i = 0; i < point_count_; ++i) {
@@ -264,17 +265,18 @@ class CageSearch {
     }
     query.two_sided = false;
     const Hits inward_hits = cast(from, query, true);
-    needs_.outward.resize(point_count_);
-    needs_.inward.resize(point_count_);
-    needs_.outward_most.resize(point_count_);
-    needs_.inward_most.resize(point_count_);
+    needs_.min_outward_height.resize(point_count_);
+    needs_.min_inward_depth.resize(point_count_);
+    needs_.max_outward_height.resize(point_count_);
+    needs_.max_inward_depth.resize(point_count_);
     for (std::size_t i = 0; i < point_count_; ++i)
       needs_.direction.push_back(to_float(direction(i)));
     for (std::size_t i = 0; i < point_count_; ++i) {
-      needs_.outward[i] = std::max(face_heights_[i], 0.0F);
-      needs_.inward[i] = std::max(-face_heights_[i], 0.0F);
-      needs_.outward_most[i] = std::min({outward_hits.at[i], outward_limits_[i], max_height_});
-      needs_.inward_most[i] = inward_hits.at[i] < kNoHit ? -inward_hits.at[i] : kNoHit;
+      needs_.min_outward_height[i] = std::max(face_heights_[i], 0.0F);
+      needs_.min_inward_depth[i] = std::max(-face_heights_[i], 0.0F);
+      needs_.max_outward_height[i] =
+          std::min({outward_hits.at[i], outward_limits_[i], max_height_});
+      needs_.max_inward_depth[i] = inward_hits.at[i] < kNoHit ? -inward_hits.at[i] : kNoHit;
     }
   }
 
@@ -286,7 +288,7 @@ class CageSearch {
   CageNeeds needs_;
   std::size_t point_count_ = 0;
   std::vector<float> points_;  ///< The seven planes of TexelBand::points, with final directions
-  /// Distance from each point at which its ray outward enters the low poly again
+  /// For each point, the distance at which its outward ray enters the low poly again
   std::vector<float> outward_limits_;
   /// Height of each point's face of the high poly; outward is positive
   std::vector<float> face_heights_;

@@ -11,17 +11,18 @@
 
 namespace kiln {
 
-/// Bounds on a cage at points all over the low poly, along the directions of the bake. Frame units.
+/// Bounds on the heights of a cage's shells over points all over the low poly, along the bake's ray
+/// directions. Frame units.
 struct CageNeeds {
   SampledPoints points;
-  /// 0 if another part of the low poly covers the point, which is then ignored
+  /// 0 if another part of the low poly covers the point, so that the point is ignored
   std::vector<std::uint8_t> counts;
   std::vector<std::uint8_t> found;  ///< 1 if the point has a face of the high poly
-  /// Heights at which a ray may start: between `outward` and `outward_most` it hits the point's face first;
-  /// above `outward_most` it hits another face first.
-  std::vector<float> outward, outward_most;
-  std::vector<float> inward,
-      inward_most;              ///< Depths of the first and of the second face below the point
+  /// Heights at which a ray may start: between `min_outward_height` and `max_outward_height` it hits the
+  /// point's face first; above `max_outward_height` it hits another face first.
+  std::vector<float> min_outward_height, max_outward_height;
+  /// Depths of the first and of the second face of the high poly below the point
+  std::vector<float> min_inward_depth, max_inward_depth;
   std::vector<Vec3> direction;  ///< Unit directions of the points' rays
 };
 

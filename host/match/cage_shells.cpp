@@ -79,8 +79,8 @@ class FittedShell {
     }
     for (int round = 0; round < kSmoothingPasses; ++round) smooth(vertex_of);
     for (int round = 0; round < kFittingPasses; ++round) {
-      const bool lowered = lower_to_bounds(), raised = raise_to_needed_heights();
-      if (!lowered && !raised) return;
+      const bool has_lowered = lower_to_bounds(), has_raised = raise_to_needed_heights();
+      if (!has_lowered && !has_raised) return;
     }
     raise_to_needed_heights();
   }
@@ -136,9 +136,10 @@ class FittedShell {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.counts[i] == 0 || !(max_offset_[i] < std::numeric_limits<float>::infinity()))
         continue;
-      const double highest = max_offset_[i] - kFreeClearanceShare * free_height(i), now = at(i);
-      if (now <= highest + kConflictTolerance) continue;
-      move(i, highest - now);
+      const double highest = max_offset_[i] - kFreeClearanceShare * free_height(i),
+                   current_height = at(i);
+      if (current_height <= highest + kConflictTolerance) continue;
+      move(i, highest - current_height);
       has_moved = true;
     }
     return has_moved;
@@ -150,9 +151,9 @@ class FittedShell {
       if (needs_.found[i] == 0) continue;
       const double lowest = min_offset_[i] +
                             std::min(own_face_margin_, kMaxClearanceShare * free_height(i)) / 2,
-                   now = at(i);
-      if (now >= lowest - kConflictTolerance) continue;
-      move(i, lowest - now);
+                   current_height = at(i);
+      if (current_height >= lowest - kConflictTolerance) continue;
+      move(i, lowest - current_height);
       has_moved = true;
     }
     return has_moved;
@@ -171,15 +172,15 @@ CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
                       const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
                       double margin) {
   const std::vector<PointWeights> parts = cage_parts_of(needs, surface, vertex_of);
-  FittedShell outer(needs, parts, needs.outward, needs.outward_most, margin);
-  FittedShell inner(needs, parts, needs.inward, needs.inward_most, margin);
-  outer.fit(vertex_of, vertices);
-  inner.fit(vertex_of, vertices);
+  FittedShell outer_shell(needs, parts, needs.min_outward_height, needs.max_outward_height, margin);
+  FittedShell inner_shell(needs, parts, needs.min_inward_depth, needs.max_inward_depth, margin);
+  outer_shell.fit(vertex_of, vertices);
+  inner_shell.fit(vertex_of, vertices);
   CageShells shells;
-  shells.outward.assign(outer.offsets().begin(), outer.offsets().end());
-  shells.inward.assign(inner.offsets().begin(), inner.offsets().end());
+  shells.outward.assign(outer_shell.offsets().begin(), outer_shell.offsets().end());
+  shells.inward.assign(inner_shell.offsets().begin(), inner_shell.offsets().end());
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (outer.has_conflict(i)) ++shells.conflicts;
+    if (outer_shell.has_conflict(i)) ++shells.conflicts;
   }
   return shells;
 }

@@ -1,4 +1,4 @@
-// Nearest point among the faces that are not turned away from the sample (Tarini, Cignoni,
+// Finds the nearest point on the faces that are not turned away from the sample (Tarini, Cignoni,
 // Scopigno, section 3.1).
 #include "accel/closest.h"
 

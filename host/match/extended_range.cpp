@@ -61,8 +61,8 @@ class ExtendedRange : public Matcher {
 
 }  // namespace
 
-std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near_matcher,
-                                        const MatchRequest& request) {
+std::unique_ptr<Matcher> make_extended_range_matcher(std::unique_ptr<Matcher> near_matcher,
+                                                     const MatchRequest& request) {
   return std::make_unique<ExtendedRange>(std::move(near_matcher), request);
 }
 

@@ -1,4 +1,5 @@
-// A second search, with a larger distance, for samples on open sheets that have no point yet.
+// A second search with a larger distance, for samples that lie on open sheets and have no point
+// yet.
 #pragma once
 
 #include <memory>
@@ -11,7 +12,7 @@ namespace kiln {
 /// inward, up to the size of the sample's open sheet (TexelBand::points, the last plane; see
 /// SheetDistances). The second search takes the nearest face outward, else the nearest one inward.
 /// This finds, for instance, leaves that bend farther away from their card than kSearchDistance.
-std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near_matcher,
-                                        const MatchRequest& request);
+std::unique_ptr<Matcher> make_extended_range_matcher(std::unique_ptr<Matcher> near_matcher,
+                                                     const MatchRequest& request);
 
 }  // namespace kiln

@@ -70,17 +70,17 @@ class FallbackMatcher : public Matcher {
                       std::span<const std::uint32_t> samples, DeviceCorrespondence& found) {
     const SamplePick pick(context_, samples);
     if (matcher.needs_whole_texels()) {
-      fit(whole_band_matches_, band.capacity);
+      resize(whole_band_matches_, band.capacity);
       matcher.run(band, whole_band_matches_);
       found = pick.of(whole_band_matches_);
       return;
     }
-    fit(found, pick.count());
+    resize(found, pick.count());
     matcher.run(pick.gather_points(band), found);
   }
 
   /// Resizes the arrays of results, so that each component has as many elements as each component of the points.
-  void fit(DeviceCorrespondence& match, std::uint32_t capacity) const {
+  void resize(DeviceCorrespondence& match, std::uint32_t capacity) const {
     if (match.capacity == capacity) return;
     match = DeviceCorrespondence();
     match = DeviceCorrespondence(context_, capacity);
@@ -97,7 +97,8 @@ class FallbackMatcher : public Matcher {
 
 void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint32_t> /*samples*/,
                            DeviceCorrespondence& /*found*/) {
-  throw Error(ErrorCode::internal, "Internal error: a fallback match was run, but none is set.");
+  throw Error(ErrorCode::internal,
+              "Internal error: a fallback match was run, but there is no fallback.");
 }
 
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,

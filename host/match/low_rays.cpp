@@ -33,20 +33,20 @@ void LowRays::write_search_limits(cl::Context& context, const TexelBand& samples
   query.t_max = std::max(farthest, kMinHitDistance);
   query.two_sided = true;
   const std::uint32_t count = samples.sample_count;
-  DeviceCorrespondence met(context, samples.capacity);
-  rays_.intersect(samples.points, count, samples.capacity, query, met);
+  DeviceCorrespondence hits(context, samples.capacity);
+  rays_.intersect(samples.points, count, samples.capacity, query, hits);
   context.launch(context.kernel("match", "kiln_match_limit"), count, kLocal, count,
-                 samples.capacity, farthest, first, triangle_normals_, samples.points, met.triangle,
-                 met.distance, limits);
+                 samples.capacity, farthest, first, triangle_normals_, samples.points,
+                 hits.triangle, hits.distance, limits);
 }
 
 std::vector<float> LowRays::distances(cl::Context& context, const std::vector<float>& points,
                                       float farthest) const {
   const auto count = static_cast<std::uint32_t>(points.size() / 7);
   const cl::Array<float> device_points(context, std::span<const float>(points));
-  DeviceCorrespondence met(context, count);
-  ClosestFinder(context, low_->tree).find(device_points, count, count, {farthest, true}, met);
-  const HostCorrespondence found(context, met, count);
+  DeviceCorrespondence hits(context, count);
+  ClosestFinder(context, low_->tree).find(device_points, count, count, {farthest, true}, hits);
+  const HostCorrespondence found(context, hits, count);
   std::vector<float> distance(count, farthest);
   for (std::size_t i = 0; i < count; ++i) {
     if (found.triangle[i] != KILN_NO_TRIANGLE) distance[i] = std::abs(found.distance[i]);

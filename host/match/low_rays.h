@@ -1,4 +1,4 @@
-// Search limits of rays where they meet the low poly's own surface.
+// Limits searches along rays to where the rays meet the low poly's own surface.
 #pragma once
 
 #include <memory>

@@ -22,7 +22,8 @@ void check_match(const Match& match, const BakeOptions& options, std::uint64_t s
 /// Checks only that a match was made for the high poly's number of triangles.
 void check_source(const Match& match, std::uint64_t source_triangles);
 
-/// Hashes of the meshes of a match. They are the same on every machine and with any number of threads.
+/// Hashes of the two meshes of a match, which are the same on every machine and for any number of
+/// threads.
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 std::uint64_t hash_low(const Mesh& low);
 

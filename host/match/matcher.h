@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Which method found the point of a sample: none, the match itself, or a fallback.
+/// The method that found a sample's point: none, the match itself, or a fallback.
 enum class DecidingMethod : std::uint8_t { nothing, method, fallback };
 
 /// The report and the warnings of a match.
@@ -51,7 +51,7 @@ class Matcher {
   /// supports bands with the number of samples per texel that it was made for.
   virtual bool reads_sample_positions() const { return false; }
 
-  /// Which method found the point of each sample of the last band; empty without fallbacks.
+  /// The method that found the point of each sample of the last band; empty without fallbacks.
   virtual std::span<const DecidingMethod> deciding_methods() const { return {}; }
 
   /// Runs the fallbacks on the given samples of a band, in the order of the list.

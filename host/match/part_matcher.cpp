@@ -32,7 +32,7 @@ void check_lists(const MatchRequest& request, const Parts& parts) {
               "The lists of parts do not fit the meshes: each needs one part for each triangle.");
 }
 
-/// Makes a surface of some of the triangles.
+/// Makes a surface that consists of some of the low poly's triangles.
 LowSurface surface_of_triangles(const LowSurface& all_triangles,
                                 const std::vector<std::uint32_t>& triangles) {
   LowSurface surface;

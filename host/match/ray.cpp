@@ -67,11 +67,11 @@ std::unique_ptr<Matcher> make_ray_matcher(const MatchRequest& request) {
 /// Makes a matcher that searches within near_distance first, and then within the full distance for
 /// samples that miss.
 std::unique_ptr<Matcher> make_near_ray_matcher(const MatchRequest& request) {
-  MatchRequest near = request;
-  near.distance = request.near;
+  MatchRequest near_request = request;
+  near_request.distance = request.near_distance;
   std::vector<std::unique_ptr<Matcher>> farther_matchers;
   farther_matchers.push_back(make_ray_matcher(request));
-  return with_fallbacks(context_of(request.source.device), make_ray_matcher(near),
+  return with_fallbacks(context_of(request.source.device), make_ray_matcher(near_request),
                         std::move(farther_matchers));
 }
 
@@ -120,14 +120,15 @@ MatchRow ray_match() {
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
-    const bool has_near_search = !cage && request.near > 0 && request.near < request.distance;
+    const bool has_near_search =
+        !cage && request.near_distance > 0 && request.near_distance < request.distance;
     std::unique_ptr<Matcher> rays =
         has_near_search ? make_near_ray_matcher(request) : make_ray_matcher(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }
     if (request.blends_directions) rays = smooth_normal_retry(std::move(rays), request);
-    return request.max_sheet_distance > 0 ? extended_range(std::move(rays), request)
+    return request.max_sheet_distance > 0 ? make_extended_range_matcher(std::move(rays), request)
                                           : std::move(rays);
   };
   return row;

@@ -41,7 +41,7 @@ std::string match_names(bool (*has)(const MatchRow& row)) {
 MatchMethod match_at_uvs() {
   const std::span<const MatchRow> rows = match_rows();
   return std::find_if(rows.begin(), rows.end(),
-                      [](const MatchRow& row) { return row.at_uvs != nullptr; })
+                      [](const MatchRow& row) { return row.find_at_uvs != nullptr; })
       ->info.method;
 }
 

@@ -20,8 +20,8 @@ struct LowPolyPoint {
 
 Vec3d position_at(const LowSurface& surface, const LowPolyPoint& point);
 
-/// Makes samples of points: a map of one row, one sample per texel. Directions are interpolated from the
-/// corners; if these cancel out, the direction is the face's normal.
+/// Converts points to the samples of a map that has one row and one sample per texel. Directions are
+/// interpolated from the corners; if these cancel out, the direction is the face's normal.
 /// \param place returns the point with an index below `count`; called from several threads
 /// \param multiple the capacity is rounded up to a multiple of this
 TexelBand band_of_points(cl::Context& context, const LowSurface& surface, std::size_t count,

@@ -40,17 +40,17 @@ std::string triangles(std::uint64_t count) {
 UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
                    std::uint32_t samples, UvPath path)
     : context_(context_of(source.device)),
-      // One work-item for a whole run of rows would need millions of loop iterations, but Mesa's
+      // With one work-item per run of rows, loops may have millions of iterations, but Mesa's
       // llvmpipe aborts loops after 65,535.
-      runs_(path == UvPath::automatic
-                ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu
-                : path == UvPath::runs),
+      uses_row_runs_(path == UvPath::automatic
+                         ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu
+                         : path == UvPath::runs),
       frame_(source.frame),
       width_(width),
       samples_(samples) {
   UvLayout layout = UvLayout::of(source, width * samples, height * samples);
   subpixel_shift_ = layout.shift;
-  large_ = std::any_of(layout.pieces.begin(), layout.pieces.end(), is_inexact_as_float);
+  has_large_pieces_ = std::any_of(layout.pieces.begin(), layout.pieces.end(), is_inexact_as_float);
   triangle_counts_.outside = layout.outside;
   triangle_counts_.without_area = layout.without_area;
   uv_pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
@@ -80,7 +80,7 @@ void UvRaster::set_positions(std::uint32_t first, std::span<const Vec3> position
 }
 
 void UvRaster::rasterize(const kiln_uv_params& params) {
-  if (runs_) {
+  if (uses_row_runs_) {
     context_.launch(context_.kernel("uv", "kiln_uv_cover_run"), params.run_count, 1, params,
                     first_tasks_, piece_tasks_, uv_pieces_, lowest_, highest_);
     return;
@@ -140,7 +140,7 @@ void UvRaster::match(const TexelBand& band, DeviceCorrespondence& match, bool fi
                                   row / samples_};
     }
   }
-  if (runs_ && samples_ == 1 && piece_clips_.empty() && !large_) {
+  if (uses_row_runs_ && samples_ == 1 && piece_clips_.empty() && !has_large_pieces_) {
     context_.launch(context_.kernel("uv", "kiln_uv_match_wide"), (band.texel_count + 7) / 8, kLocal,
                     params, band.texel_index, lowest_, uv_pieces_, match.triangle,
                     match.barycentric, match.distance, match.status);
@@ -148,7 +148,7 @@ void UvRaster::match(const TexelBand& band, DeviceCorrespondence& match, bool fi
   }
   const std::string defines = std::string(samples_ == 1 ? "-DKILN_UV_SINGLE=1" : "") +
                               (piece_clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1") +
-                              (large_ ? " -DKILN_UV_LARGE=1" : "");
+                              (has_large_pieces_ ? " -DKILN_UV_LARGE=1" : "");
   context_.launch(context_.kernel("uv", "kiln_uv_match", defines), band.texel_count, kLocal, params,
                   band.texel_index, band.texel_first, band.sample_slot, lowest_, uv_pieces_,
                   piece_clips_, match.triangle, match.barycentric, match.distance, match.status);
@@ -181,7 +181,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
   UvReport found = triangle_counts_;
   const double unit = 1 / frame_.scale;
   std::uint64_t count = 0;
-  for (const std::uint64_t in_bin : histogram_) count += in_bin;
+  for (const std::uint64_t bin_count : histogram_) count += bin_count;
   if (count != 0) {
     found.mean_distance = distance_sum_ / static_cast<double>(count) * unit;
     const std::uint64_t rank = count - count / 20;
@@ -348,7 +348,7 @@ MatchRow uv_match() {
   row.info.method = MatchMethod::uv;
   row.info.searches = "the point at the same UV, without a search";
   row.info.options = "match.uv";
-  row.at_uvs = find_uv_points;
+  row.find_at_uvs = find_uv_points;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<UvMatcher>(request);
   };

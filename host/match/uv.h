@@ -14,13 +14,14 @@ namespace kiln {
 /// large one), in order of rows.
 struct UvLayout {
   std::uint32_t shift = 0;
-  std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
+  std::vector<kiln_uv_piece> pieces;  ///< Sorted by triangle, in ascending order
   std::vector<kiln_uv_clip> clips;    ///< Barycentric coordinates of the clipped pieces' corners
   /// No task crosses the border between two runs of KILN_UV_TILE rows
   std::vector<kiln_uv_task> tasks;
   std::vector<std::uint32_t> first_task;  ///< [runs + 1] First task of each run of rows
-  std::uint64_t outside = 0;              ///< Triangles that extend beyond the unit square
-  std::uint64_t without_area = 0;         ///< Triangles without area in UV space, or not finite
+  /// Number of triangles that extend beyond the unit square
+  std::uint64_t outside = 0;
+  std::uint64_t without_area = 0;  ///< Triangles without area in UV space, or not finite
 
   /// Lays out the triangles. Their parts outside the unit square have no samples. Triangles without area in UV
   /// space, or with a non-finite corner or UV, cover nothing.
@@ -62,7 +63,7 @@ class UvRaster {
   void rasterize(const kiln_uv_params& params);
 
   cl::Context& context_;
-  bool runs_, large_ = false;
+  bool uses_row_runs_, has_large_pieces_ = false;
   Frame frame_;
   std::uint32_t width_, samples_;
   std::uint32_t subpixel_shift_ = 0;

@@ -39,34 +39,34 @@ struct PieceBuilder {
       return;
     }
     if (in_prism(uvs[0]) && in_prism(uvs[1]) && in_prism(uvs[2])) {
-      FixedTriangle fixed;
+      FixedTriangle fixed_triangle;
       for (std::size_t k = 0; k < 3; ++k) {
-        fixed.x[k] = grid.fixed_x(uvs[k].x);
-        fixed.y[k] = grid.fixed_y(uvs[k].y);
+        fixed_triangle.x[k] = grid.fixed_x(uvs[k].x);
+        fixed_triangle.y[k] = grid.fixed_y(uvs[k].y);
       }
-      if (doubled_area(fixed) == 0) {
+      if (doubled_area(fixed_triangle) == 0) {
         ++without_area;
         return;
       }
-      if (grid.beyond_square(fixed)) ++outside;
-      add_piece(fixed, t, 0);
+      if (grid.beyond_square(fixed_triangle)) ++outside;
+      add_piece(fixed_triangle, t, 0);
       return;
     }
     ++outside;
     const std::vector<ClipVertex> polygon = clip_to_prism(uvs);
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
-      FixedTriangle fixed;
+      FixedTriangle fixed_triangle;
       kiln_uv_clip clip{};
       for (std::size_t k = 0; k < 3; ++k) {
-        fixed.x[k] = grid.fixed_x(fan[k].u);
-        fixed.y[k] = grid.fixed_y(fan[k].v);
+        fixed_triangle.x[k] = grid.fixed_x(fan[k].u);
+        fixed_triangle.y[k] = grid.fixed_y(fan[k].v);
         clip.weight1[k] = static_cast<float>(fan[k].weight[1]);
         clip.weight2[k] = static_cast<float>(fan[k].weight[2]);
       }
-      if (doubled_area(fixed) == 0 || grid.misses_square(fixed)) continue;
+      if (doubled_area(fixed_triangle) == 0 || grid.misses_square(fixed_triangle)) continue;
       clips.push_back(clip);
-      add_piece(fixed, t, static_cast<std::uint32_t>(clips.size()));
+      add_piece(fixed_triangle, t, static_cast<std::uint32_t>(clips.size()));
     }
   }
 

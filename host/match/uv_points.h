@@ -11,7 +11,8 @@ namespace kiln {
 
 struct UvPoints {
   std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for UVs that no triangle covers
-  std::vector<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
+  /// Two arrays, one after the other: weights of corner 1, then of corner 2
+  std::vector<float> barycentric;
 };
 
 /// Finds the points that a match by UVs would find with a map of unlimited size: the lowest of the high

@@ -148,16 +148,17 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     if (std::abs(dot(axis, mean)) > 0.99) mean = axis * std::copysign(1.0, dot(axis, mean));
   }
-  std::vector<std::uint8_t> turned((triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock,
-                                   0);
+  std::vector<std::uint8_t> has_turned_away(
+      (triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock, 0);
   parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && turned[begin / kTrianglesPerBlock] == 0; ++i) {
-      if (dot(normal_of(triangles[i]), mean) < 0) turned[begin / kTrianglesPerBlock] = 1;
+    for (std::size_t i = begin; i < end && has_turned_away[begin / kTrianglesPerBlock] == 0; ++i) {
+      if (dot(normal_of(triangles[i]), mean) < 0) has_turned_away[begin / kTrianglesPerBlock] = 1;
     }
   });
-  if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
-  // A single view shows all of a height field, but resolves steep walls badly, so the area of these
-  // may only be small.
+  if (std::find(has_turned_away.begin(), has_turned_away.end(), 1) != has_turned_away.end())
+    return std::nullopt;
+  // A single view shows all of a height field, but resolves steep walls badly, so steep walls may
+  // only have a small share of the area.
   double steep_area = 0, total_area = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
@@ -182,8 +183,8 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
   const std::vector<Vec3d> spread = spread_directions(kCandidateViews);
   candidates.insert(candidates.end(), spread.begin(), spread.end());
 
-  // quality[k * count + i]: cosine between sample i's direction and candidate k if it sees the
-  // sample, else 0.
+  // quality[k * count + i]: the cosine between candidate k and the direction of sample i if the
+  // candidate sees the sample, else 0.
   std::vector<float> view_quality(candidates.size() * count);
   const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeViewSide));
   const cl::Array<float> found(context, std::size_t{batch} * count);

@@ -133,7 +133,7 @@ struct VisibilityProbe::Impl {
   DepthKeys keys;
   ShareCallback report_share;
 
-  /// Reports progress before the direction with this index.
+  /// Reports the progress that is reached before the direction with this index.
   void poll(std::size_t next) const {
     if (!report_share) return;
     context.finish();
@@ -339,14 +339,15 @@ void VisibilityProbe::add_directions_by_rays(ProbedPoints& probed) {
   rays.write(context, points);
   cl::Array<std::uint8_t> is_hidden(context, probed.capacity);
   kiln_visibility_params params = impl_->params(probed);
-  const cl::Kernel aim_kernel = context.kernel("visibility", "kiln_visibility_aim");
+  const cl::Kernel set_directions_kernel =
+      context.kernel("visibility", "kiln_visibility_set_ray_directions");
   const cl::Kernel add = context.kernel("visibility", "kiln_visibility_add",
                                         probed.seen.empty() ? "" : kStoreSeenDefine);
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
     impl_->choose_views(first, impl_->batch());
     for (std::uint32_t k = 0; k < impl_->views.size(); ++k) {
       if (k % 4 == 0) impl_->poll(first + k);
-      context.launch(aim_kernel, probed.count, kLocal, params, impl_->device_views, k,
+      context.launch(set_directions_kernel, probed.count, kLocal, params, impl_->device_views, k,
                      probed.points, rays);
       impl_->rays->occluded(rays, probed.count, probed.capacity, query, is_hidden);
       params.first_direction = static_cast<std::uint32_t>(first);

@@ -35,13 +35,14 @@ struct ClusteredTexel;
 /// A direction from which the mesh may be seen.
 struct ProbeDirection {
   Vec3d toward{};    ///< Unit, from the mesh to the viewer
-  float weight = 1;  ///< Likelihood of a view from there
+  float weight = 1;  ///< Likelihood that a viewer looks from this direction
 };
 
 /// Called with the completed share; returns false to cancel. May be empty.
 using ShareCallback = std::function<bool(double)>;
 
-/// Returns the probe's directions that the options define, without directions of weight 0. \throws Error(usage)
+/// Returns the directions from which the options let the probe look, without those of weight 0. \throws
+/// Error(usage)
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options);
 
 /// Checks options that are independent of the mesh. \throws Error(usage)
@@ -65,16 +66,19 @@ class VisibilityProbe {
   struct ProbedPoints {
     std::uint32_t count = 0;
     std::uint32_t capacity = 0;  ///< Number of elements in one plane, a multiple of 64
-    cl::Array<float> points;  ///< 6 planes: position in the probe's scale, unit normal of the face
-    cl::Array<float> sums;    ///< 4 planes: weighted sum of directions x y z, sum of weights
+    /// Six arrays, one per component: position in the probe's scale, unit normal of the face
+    cl::Array<float> points;
+    /// Four arrays, one after the other: weighted sum of directions (x, y, z), sum of weights
+    cl::Array<float> sums;
     cl::Array<std::int32_t>
-        /// The set of directions that see a point, in planes of 32 bits; empty unless requested
+        /// The set of directions that see each point, one bit per direction: an array of 32-bit
+        /// words for every 32 directions; empty unless requested
         seen;
   };
 
-  /// Makes probed points of a band's samples, with the normals of their triangles.
+  /// Converts a band's samples to probed points, with the normals of their triangles.
   ProbedPoints make_points(const TexelBand& band) const;
-  /// Makes probed points of arbitrary positions. \param positions,normals in the surface's frame
+  /// Makes probed points at arbitrary positions. \param positions,normals in the surface's frame
   ProbedPoints make_points(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
 
   /// Sets a callback that is called several times a second by the functions below, which throw
@@ -136,10 +140,11 @@ class VisibilityField {
   /// The clusters; nullopt if only one was requested.
   const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
-  /// True if directions are per texel, and interpolated; false if they are per corner.
+  /// True if the field has directions per texel, which are interpolated; false if it has them per
+  /// corner.
   bool is_of_texels() const { return field_width_ != 0; }
 
-  /// Means of directions per texel (or corner), 4 floats each, for tests.
+  /// Mean of the directions for each texel (or corner), 4 floats each. For tests.
   const cl::Array<float>& field() const { return field_; }
   std::uint32_t field_width() const { return field_width_; }
   std::uint32_t field_height() const { return field_height_; }

@@ -26,7 +26,8 @@ std::vector<Vec3d> cluster_directions(std::span<const SeenDirection> directions,
   for (const SeenDirection& d : directions) sum += d.toward * d.weight;
   if (count == 1) return {normalized_or(sum, directions[0].toward)};
 
-  // For each direction its cosine to the nearest centre that was chosen so far, or to the mean if none was chosen.
+  // For each direction, its cosine to the nearest of the centres chosen so far, or to the mean direction before
+  // the first centre is chosen.
   std::vector<double> nearest_cosines(directions.size());
   const Vec3d mean = normalized_or(sum, {0, 0, 0});
   std::transform(directions.begin(), directions.end(), nearest_cosines.begin(),

@@ -24,10 +24,10 @@ struct SeenDirection {
 std::vector<Vec3d> cluster_directions(std::span<const SeenDirection> directions,
                                       std::uint32_t count);
 
-/// A texel of the field whose directions are split into clusters.
+/// A texel of the visibility field whose directions are split into clusters.
 struct ClusteredTexel {
   std::uint32_t pixel = 0;
-  std::vector<Vec3d> directions;  ///< Mean directions of its clusters, 2 or more
+  std::vector<Vec3d> directions;  ///< Mean direction of each of the texel's clusters; 2 or more
 };
 
 }  // namespace kiln

@@ -21,8 +21,8 @@ Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
   return cross(to_double(corners[1].position) - a, to_double(corners[2].position) - a);
 }
 
-/// The equivalent of VisibilityProbe::corners() by rays: the centroids of kPartsPerSide x kPartsPerSide equal parts of each face
-/// replace pixels, each distributed to the corners by its barycentric weights.
+/// Computes by rays what VisibilityProbe::corners() computes by pictures: the centroids of kPartsPerSide x
+/// kPartsPerSide equal parts of each face replace pixels, each distributed to the corners by its barycentric weights.
 /// \return [3 * triangles]
 std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface& surface,
                                           VisibilityProbe& probe) {

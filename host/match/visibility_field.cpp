@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t kMaxFieldSide = 2048;
 constexpr std::size_t kTexelsPerTask = 1 << 14;
 
-/// Number of samples per band at which the sets of directions that see them take 64 MiB.
+/// Number of samples per band for which the sets of directions that see these samples take 64 MiB.
 std::uint32_t clustered_samples_per_band(const VisibilityOptions& options, std::size_t directions) {
   if (options.clusters == 1) return 1U << 22;
   const std::size_t words_per_point = (directions + 31) / 32;
@@ -87,9 +87,10 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
 
 void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& probe,
                                   const VisibilityOptions& options, VisibilityReport& report) {
-  const std::uint32_t shrink = (std::max(width_, height_) + kMaxFieldSide - 1) / kMaxFieldSide;
-  field_width_ = report.width = (width_ + shrink - 1) / shrink;
-  field_height_ = report.height = (height_ + shrink - 1) / shrink;
+  const std::uint32_t size_divisor =
+      (std::max(width_, height_) + kMaxFieldSide - 1) / kMaxFieldSide;
+  field_width_ = report.width = (width_ + size_divisor - 1) / size_divisor;
+  field_height_ = report.height = (height_ + size_divisor - 1) / size_divisor;
   const std::size_t pixels = std::size_t{field_width_} * field_height_;
   cl::Array<float> from(context_, 4 * pixels);
   field_triangle_ = cl::Array<std::uint32_t>(context_, pixels);

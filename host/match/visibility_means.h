@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// Weighted sum of directions, and the sum of weights.
+/// Weighted sum of directions, and sum of their weights.
 struct DirectionSum {
   Vec3d sum{};
   double weight = 0;

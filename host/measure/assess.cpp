@@ -16,10 +16,10 @@ constexpr double kMinStretch = -16;
 
 double weighted_quantile(const std::vector<std::pair<double, double>>& sorted, double total,
                          double share) {
-  double below = 0;
+  double weight_sum = 0;
   for (const auto& [value, weight] : sorted) {
-    below += weight;
-    if (below >= share * total) return value;
+    weight_sum += weight;
+    if (weight_sum >= share * total) return value;
   }
   return sorted.back().first;
 }
@@ -71,17 +71,17 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
     const double low_size = length(low_area);
     if (!(low_size > 0)) continue;
     const double stretch = std::max(std::log2(length(high_area) / low_size), kMinStretch);
-    const bool fold = dot(low_area, to_double(samples.normal[i])) *
-                          dot(high_area, to_double(samples.match_normal[i])) <
-                      0;
-    folded_cells += fold ? 1 : 0;
+    const bool is_folded = dot(low_area, to_double(samples.normal[i])) *
+                               dot(high_area, to_double(samples.match_normal[i])) <
+                           0;
+    folded_cells += is_folded ? 1 : 0;
     log2_stretches.push_back(stretch);
     cell_areas.push_back(samples.area[i]);
     sum += stretch * samples.area[i];
     total += samples.area[i];
     if (fields) {
       result.fields.stretch.pixels[samples.element[i]] =
-          fold ? -63.0F : static_cast<float>(stretch);
+          is_folded ? -63.0F : static_cast<float>(stretch);
     }
   }
   result.cells = log2_stretches.size();

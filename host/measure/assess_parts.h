@@ -1,4 +1,4 @@
-// Parts of assess(), each of which computes some of the measures.
+// Steps of assess(), each of which computes some of the measures.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +45,8 @@ class SampleGrid {
 
   /// The neighbour of a sample in the grid, if it is matched and of the same chart; otherwise kNone.
   std::uint32_t neighbour(std::size_t i, int right, int below) const;
-  /// The sample of an element of the grid, matched or not; kNone if there is none.
+  /// The sample at an element of the grid, whether or not it is matched; kNone if the element has
+  /// no sample.
   std::uint32_t sample_of(std::size_t element) const { return sample_of_element_[element]; }
 
  private:

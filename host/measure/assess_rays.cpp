@@ -71,8 +71,8 @@ float viewer_distance(const Source::Impl& source, const AssessedSamples& samples
   return static_cast<float>(2.01 * std::sqrt(square));
 }
 
-/// Casts viewing rays through the matched samples, and owns the arrays on the device. Samples without a match have no
-/// rays to measure.
+/// Casts viewing rays through the matched samples, and owns the arrays on the device. Samples without a match get no
+/// rays.
 class ViewingRays {
  public:
   ViewingRays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
@@ -109,8 +109,8 @@ class ViewingRays {
     params_.direction[1] = direction.y;
     params_.direction[2] = direction.z;
     const std::size_t count = is_matched_.size();
-    context_.launch(context_.kernel("assess", "kiln_assess_aim"), count, kLocal, params_, normals_,
-                    points_);
+    context_.launch(context_.kernel("assess", "kiln_assess_set_ray_directions"), count, kLocal,
+                    params_, normals_, points_);
     low_rays_.occluded(points_, params_.count, params_.capacity, visibility_query_, is_hidden_);
     context_.launch(context_.kernel("assess", "kiln_assess_gather"), count, kLocal, params_,
                     normals_, offsets_, is_hidden_, points_, sample_sums_);
@@ -150,7 +150,7 @@ void sum_measures(const ViewingRays& viewing_rays, const AssessedSamples& sample
                   bool fields, MatchAssessment& result) {
   const std::vector<float> sums = viewing_rays.sums();
   const std::size_t count = viewing_rays.found().size();
-  RaySums object, image, normalised;
+  RaySums object_space_sums, image_space_sums, normalised_sums;
   WeightedValues weighted_places;
   double visible_area = 0, unseen_area = 0, total_area = 0;
   for (std::size_t k = 0; k < count; ++k) {
@@ -166,15 +166,16 @@ void sum_measures(const ViewingRays& viewing_rays, const AssessedSamples& sample
     }
     visible_area += area * visible_count;
     weighted_places.add(offset_across_ray / visible_count, area);
-    image.add(area * visible_count, area * offset_across_ray,
-              area * sum(KILN_ASSESS_ACROSS_SQUARE));
-    object.add(area * hit_count, area * sum(KILN_ASSESS_APART),
-               area * sum(KILN_ASSESS_APART_SQUARE));
+    image_space_sums.add(area * visible_count, area * offset_across_ray,
+                         area * sum(KILN_ASSESS_ACROSS_SQUARE));
+    object_space_sums.add(area * hit_count, area * sum(KILN_ASSESS_APART),
+                          area * sum(KILN_ASSESS_APART_SQUARE));
     const double match_distance = length(samples.match[i] - to_double(samples.position[i]));
     const bool has_direction = match_distance * unit > kMinOffset * result.diagonal;
     if (has_direction) {
-      normalised.add(area * visible_count, area * offset_across_ray / match_distance,
-                     area * sum(KILN_ASSESS_ACROSS_SQUARE) / (match_distance * match_distance));
+      normalised_sums.add(
+          area * visible_count, area * offset_across_ray / match_distance,
+          area * sum(KILN_ASSESS_ACROSS_SQUARE) / (match_distance * match_distance));
     }
     if (!fields) continue;
     const std::size_t element = samples.element[i];
@@ -188,9 +189,9 @@ void sum_measures(const ViewingRays& viewing_rays, const AssessedSamples& sample
     if (hit_count > 0)
       store_in_field(result.fields.object_space, sum(KILN_ASSESS_APART) / hit_count * unit);
   }
-  result.object_space = object.measure(visible_area, unit);
-  result.image_space = image.measure(visible_area, unit);
-  result.normalised_image_space = normalised.measure(visible_area, 1);
+  result.object_space = object_space_sums.measure(visible_area, unit);
+  result.image_space = image_space_sums.measure(visible_area, unit);
+  result.normalised_image_space = normalised_sums.measure(visible_area, 1);
   result.image_space_over_area = distribution(std::move(weighted_places), unit, unit * unit);
   if (total_area > 0) result.never_visible = unseen_area / total_area;
 }

@@ -14,7 +14,8 @@ struct AssessedSamples {
   std::vector<std::uint32_t> triangle;  ///< Triangle of the low poly
   std::vector<Vec3> position;           ///< The sample's point p, frame units
   std::vector<Vec3> normal;             ///< Unit normal of the low poly's triangle
-  std::vector<double> area;  ///< Area of the low poly that the sample represents, frame units
+  /// Area of the low poly that the sample represents, square frame units
+  std::vector<double> area;
   std::vector<std::uint8_t> found;  ///< 1 for samples with a match, 0 for misses
   std::vector<Vec3d> match;         ///< F(p), the matched point, frame units; 0 for a miss
   /// Unit normal of the high poly's triangle; 0 for triangles without area

@@ -101,7 +101,7 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
                      const AssessedSamples& samples, const SampleGrid& grid, bool fields,
                      MatchAssessment& result) {
   const SampleDistances distance(samples);
-  MeanPercentage pairs;
+  MeanPercentage pair_percentages;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
     MeanPercentage neighbour_percentages;
@@ -110,7 +110,7 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
       if (other == SampleGrid::kNone || !(distance.low_distance(i, other) > 0)) return;
       const double percent = distance.difference_percent(i, other);
       neighbour_percentages.add(percent);
-      if (counts) pairs.add(percent);
+      if (counts) pair_percentages.add(percent);
     };
     // Each pair of neighbours counts once, at the sample to the left or above.
     add_pair(1, 0, true);
@@ -122,7 +122,7 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
     result.fields.uniformity.pixels[samples.element[i]] =
         static_cast<float>(neighbour_percentages.mean());
   }
-  result.uniformity = {pairs.mean(), pairs.count()};
+  result.uniformity = {pair_percentages.mean(), pair_percentages.count()};
   result.uniformity_across_seams = uniformity_across_seams(source, low, match, samples, grid);
 }
 

@@ -124,10 +124,10 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
   const RequestedMapRows rows(bake);
   for (const MapBound& bound : bounds) {
     const std::string name(bound.kind.name);
-    const bool shades = std::any_of(map_rows().begin(), map_rows().end(), [&](const MapRow& row) {
-      return row.info.kind == bound.kind && row.shades;
-    });
-    if (shades) {
+    const bool is_shading_map = std::any_of(
+        map_rows().begin(), map_rows().end(),
+        [&](const MapRow& row) { return row.info.kind == bound.kind && row.is_shading_normal; });
+    if (is_shading_map) {
       fail("bounds has the map " + name +
            ", whose error is also bounded by max_error: leave one of them out.");
     }

@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-/// The affine map of a triangle from texels to the surface.
+/// The affine mapping of a triangle from texels to points of the surface.
 struct TexelMap {
   double area = 0;    ///< Area of the triangle on the surface
   double texels = 0;  ///< Signed area in texels; negative if mirrored
@@ -60,7 +60,7 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
   }
   rating.triangles = maps.size();
   if (maps.empty()) return;
-  double texels = 0, squares = 0, greatest = 0, step_sum = 0;
+  double texels = 0, squared_stretch_sum = 0, max_stretch = 0, step_sum = 0;
   for (const TexelMap& map : maps) {
     const double a = dot(map.tangent_s, map.tangent_s);
     const double b = dot(map.tangent_s, map.tangent_t);
@@ -68,8 +68,8 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
     const double triangle_texels = std::abs(map.texels);
     rating.area += map.area;
     texels += triangle_texels;
-    squares += map.area * (a + c) / 2;
-    greatest = std::max(greatest, std::sqrt(((a + c) + std::hypot(a - c, 2 * b)) / 2));
+    squared_stretch_sum += map.area * (a + c) / 2;
+    max_stretch = std::max(max_stretch, std::sqrt(((a + c) + std::hypot(a - c, 2 * b)) / 2));
     step_sum += triangle_texels * (std::sqrt(a) + std::sqrt(c));
     const double density = std::sqrt(triangle_texels / map.area);
     rating.greatest_density = std::max(rating.greatest_density, density);
@@ -77,8 +77,8 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
         rating.least_density == 0 ? density : std::min(rating.least_density, density);
   }
   rating.mean_density = std::sqrt(texels / rating.area);
-  rating.stretch_l2 = rating.mean_density * std::sqrt(squares / rating.area);
-  rating.stretch_linf = rating.mean_density * greatest;
+  rating.stretch_l2 = rating.mean_density * std::sqrt(squared_stretch_sum / rating.area);
+  rating.stretch_linf = rating.mean_density * max_stretch;
   const double mean_step = step_sum / (2 * texels);
   double percent = 0;
   for (const TexelMap& map : maps) {

@@ -43,7 +43,7 @@ Vec3d bilinear_texel(const Image& map, double u, double v) {
          (read(x0, y1) * (1 - fx) + read(x1, y1) * fx) * fy;
 }
 
-/// Copies a range of pixels from an image of one row.
+/// Copies a range of pixels from an image that has a single row.
 Image part_of_row(const Image& row, std::uint32_t begin, std::uint32_t end) {
   const auto row_texel = [&](std::uint32_t x) {
     return row.pixels.begin() + std::ptrdiff_t{x} * row.channels;
@@ -183,7 +183,7 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
                 static_cast<float>(a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v)};
     }
   });
-  UvPoints found = match_row(options.match.method).at_uvs(source_, uvs);
+  UvPoints found = match_row(options.match.method).find_at_uvs(source_, uvs);
   std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
   bool is_any_missed = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -229,7 +229,7 @@ NormalProbe::InfiniteMap NormalProbe::infinite_map(
   space_options.encoding.miss = MissPolicy::keep;
   DeviceCorrespondence match(context, band_.capacity);
   match.count = band_.sample_count;
-  if (match_row(options.match.method).at_uvs != nullptr) {
+  if (match_row(options.match.method).find_at_uvs != nullptr) {
     match_by_uv(space_options, field, match);
   } else {
     match_places(space_options, field, match);

@@ -22,18 +22,19 @@ struct HighPolyView {
   PictureHits hits;
 };
 
-/// Directions of the pictures by which plans measure: kPlanViews unit vectors towards the eye.
+/// Directions of the pictures by which plans measure errors: kPlanViews unit vectors towards the
+/// viewer.
 std::vector<Vec3> plan_directions();
 
-/// Pictures of the high poly from some directions.
+/// Makes pictures of the high poly from the given directions.
 /// \param screen  size of the high poly on screen in pixels, the larger of width and height; 0 for unlimited resolution
 /// \param coarse  true: two thirds of the pixels along each side, which suffices to compare low polys, but not to
 /// report errors
-HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
-                        const std::vector<Vec3>& toward, bool coarse = false);
+HighPolyView make_high_poly_view(const Source::Impl& source, std::uint32_t screen,
+                                 const std::vector<Vec3>& toward, bool coarse = false);
 
-/// Adds arbitrary UVs to a mesh that has none, for probes that do not read UVs.
-Mesh with_any_uvs(Mesh mesh);
+/// Gives a mesh without UVs arbitrary ones, for probes that require UVs but do not use them.
+Mesh add_placeholder_uvs(Mesh mesh);
 
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture coordinates, and
 /// the high poly's normal in the same pixel. A low poly with a map is rendered by looking up the map at these places
@@ -57,7 +58,7 @@ class NormalProbe {
   /// meshes smaller than a pixel, errors are 180 degrees, the greatest possible.
   NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense);
 
-  /// Error of the low poly's own normals.
+  /// Error of the low poly's own normals, without a map.
   NormalError without_map() const;
 
   /// \param map  map of normals n, encoded as n/2 + 1/2 as in Scene
@@ -108,7 +109,7 @@ class NormalProbe {
   static Image pixel_means(const Image& points, std::uint32_t points_per_pixel);
 
   const Source::Impl& source_;
-  mutable BandReads normal_reads_;  ///< Reader of the high poly's normals
+  mutable BandReads normal_reads_;  ///< Reads the high poly's normals
   RayCaster low_poly_rays_;
   std::vector<Vec3d> picture_directions_;  ///< Directions of the pictures
   double ray_start_distance_ = 0;          ///< Distance of rays' origins from the centre

@@ -90,11 +90,11 @@ Vec3d Picture::point(std::uint32_t index) const {
   const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + index_in_tile % kTileSide;
   const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + index_in_tile / kTileSide;
   const double step = 2 * half_side / pixels;
-  const std::uint32_t subpixel_column = subpixel % subpixels, down = subpixel / subpixels;
-  const double right_by = ((subpixel_column + 0.5) / subpixels - 0.5) * pixel_footprint;
-  const double down_by = ((down + 0.5) / subpixels - 0.5) * pixel_footprint;
-  return center + right * ((x + 0.5) * step - half_side + right_by) +
-         up * (half_side - (y + 0.5) * step - down_by);
+  const std::uint32_t subpixel_column = subpixel % subpixels, subpixel_row = subpixel / subpixels;
+  const double offset_right = ((subpixel_column + 0.5) / subpixels - 0.5) * pixel_footprint;
+  const double offset_down = ((subpixel_row + 0.5) / subpixels - 0.5) * pixel_footprint;
+  return center + right * ((x + 0.5) * step - half_side + offset_right) +
+         up * (half_side - (y + 0.5) * step - offset_down);
 }
 
 kiln_view Picture::view(std::uint32_t first) const {
@@ -210,13 +210,14 @@ Vec3d high_poly_normal(const Source::Impl& source, const std::vector<std::uint32
                        const std::vector<float>& normals, const Picture& picture,
                        const Vec3d& pixel, std::uint32_t triangle) {
   std::array<Vec3d, 3> corners{};
-  std::array<std::array<double, 2>, 3> flat;
+  std::array<std::array<double, 2>, 3> projected_corners;
   for (std::size_t k = 0; k < 3; ++k) {
     corners[k] = to_double(source.positions[source.triangles[triangle][k]]) - pixel;
-    flat[k] = {dot(corners[k], picture.right), dot(corners[k], picture.up)};
+    projected_corners[k] = {dot(corners[k], picture.right), dot(corners[k], picture.up)};
   }
   const auto area = [&](std::size_t a, std::size_t b) {
-    return flat[a][0] * flat[b][1] - flat[b][0] * flat[a][1];
+    return projected_corners[a][0] * projected_corners[b][1] -
+           projected_corners[b][0] * projected_corners[a][1];
   };
   const double weights[3] = {area(1, 2), area(2, 0), area(0, 1)};
   const double weight_sum = weights[0] + weights[1] + weights[2];

@@ -1,4 +1,5 @@
-// Pictures of a mesh from many sides, by ray casting or rasterization, as points.
+// Pictures of a mesh from many sides, by ray casting or rasterization. A picture is a list of
+// points.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct Picture {
   double half_side = 0;
   std::uint32_t pixels = 0;     ///< Side of the picture in pixels
   std::uint32_t subpixels = 1;  ///< Number of points along a pixel's side
-  double pixel_footprint = 0;   ///< Side of the square that a pixel's points cover
+  double pixel_footprint = 0;   ///< Side of the square over which the points of a pixel are spread
 
   Picture(const Camera& camera, const Frame& frame, std::uint32_t size);
 
@@ -38,7 +39,7 @@ struct PictureHits {
       barycentric;  ///< Two arrays, one per coordinate; empty if the mesh was rasterized
 };
 
-/// Grid of points in pictures.
+/// Grid of the points at which pictures are sampled.
 struct PictureGrid {
   /// Number of sampled pixels along a picture's side; a multiple of kPictureTile
   std::uint32_t pixels = kPictureTile;

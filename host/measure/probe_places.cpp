@@ -40,9 +40,9 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
     : NormalProbe(source, low, cage) {
   cl::Context& context = context_of(source.device);
   const std::vector<Picture> pictures = make_pictures(source, views, {.pixels = pixels});
-  PictureHits shown = cast_hits(context, low_poly_rays_, pictures, ray_start_distance_);
+  PictureHits low_poly_hits = cast_hits(context, low_poly_rays_, pictures, ray_start_distance_);
   if (!raster) {
-    select_places(pictures, shown,
+    select_places(pictures, low_poly_hits,
                   cast_hits(context, source.rays(), pictures, ray_start_distance_));
     return;
   }
@@ -50,16 +50,16 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   // down, so they are left out.
   std::vector<bool> is_rasterized(pictures.size());
   const std::uint32_t points_per_picture = pictures[0].points();
-  for (std::size_t i = 0; i < shown.triangle.size(); ++i) {
-    if (shown.triangle[i] == KILN_NO_TRIANGLE) continue;
+  for (std::size_t i = 0; i < low_poly_hits.triangle.size(); ++i) {
+    if (low_poly_hits.triangle[i] == KILN_NO_TRIANGLE) continue;
     const Picture& picture = pictures[i / points_per_picture];
-    if (is_seen_from_behind(shown.triangle[i], picture)) {
-      shown.triangle[i] = kBackFaceTriangle;
+    if (is_seen_from_behind(low_poly_hits.triangle[i], picture)) {
+      low_poly_hits.triangle[i] = kBackFaceTriangle;
     } else {
       is_rasterized[i / points_per_picture] = true;
     }
   }
-  select_places(pictures, shown, rasterize_hits(source, pictures, is_rasterized));
+  select_places(pictures, low_poly_hits, rasterize_hits(source, pictures, is_rasterized));
 }
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense)
@@ -80,15 +80,16 @@ bool NormalProbe::is_seen_from_behind(std::uint32_t triangle, const Picture& pic
 
 /// Finds the points of pixels that both meshes cover completely. Triangles without UVs, such as those of other texture
 /// sets, have no map and are skipped.
-std::vector<std::uint32_t> NormalProbe::find_points_on_both(const PictureHits& shown,
+std::vector<std::uint32_t> NormalProbe::find_points_on_both(const PictureHits& low_poly_hits,
                                                             const PictureHits& dense) {
   std::vector<std::uint32_t> points_on_both_meshes;
-  for (std::size_t first = 0; first < shown.triangle.size(); first += points_per_pixel_) {
+  for (std::size_t first = 0; first < low_poly_hits.triangle.size(); first += points_per_pixel_) {
     std::uint32_t points_on_both = 0, points_on_one_mesh = 0;
     for (std::size_t i = first; i < first + points_per_pixel_; ++i) {
-      if (shown.triangle[i] == kBackFaceTriangle) continue;
-      const bool low_poly_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
-      if (low_poly_hit && !std::isfinite(surface_.triangles[shown.triangle[i]][0].uv.x)) continue;
+      if (low_poly_hits.triangle[i] == kBackFaceTriangle) continue;
+      const bool low_poly_hit = low_poly_hits.triangle[i] != KILN_NO_TRIANGLE;
+      if (low_poly_hit && !std::isfinite(surface_.triangles[low_poly_hits.triangle[i]][0].uv.x))
+        continue;
       const bool high_poly_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
       if (low_poly_hit != high_poly_hit) ++points_on_one_mesh;
       if (low_poly_hit && high_poly_hit) ++points_on_both;
@@ -104,16 +105,17 @@ std::vector<std::uint32_t> NormalProbe::find_points_on_both(const PictureHits& s
   return points_on_both_meshes;
 }
 
-void NormalProbe::select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
-                                const PictureHits& dense) {
+void NormalProbe::select_places(const std::vector<Picture>& pictures,
+                                const PictureHits& low_poly_hits, const PictureHits& dense) {
   for (const Picture& picture : pictures) picture_directions_.push_back(picture.toward);
   points_per_pixel_ = pictures[0].subpixels * pictures[0].subpixels;
-  const std::size_t count = shown.triangle.size();
+  const std::size_t count = low_poly_hits.triangle.size();
   const std::uint32_t points_per_picture = pictures[0].points();
   const std::vector<std::uint32_t>& normal_indices =
       normal_reads_.read_source(source_.attributes.normal_indices);
   const std::vector<float>& normals = normal_reads_.read_source(source_.attributes.normals);
-  const std::vector<std::uint32_t> points_on_both_meshes = find_points_on_both(shown, dense);
+  const std::vector<std::uint32_t> points_on_both_meshes =
+      find_points_on_both(low_poly_hits, dense);
   places_.resize(points_on_both_meshes.size());
   for (std::size_t i = 0; i <= pictures.size(); ++i) {
     const auto begin = std::lower_bound(points_on_both_meshes.begin(), points_on_both_meshes.end(),
@@ -133,9 +135,9 @@ void NormalProbe::select_places(const std::vector<Picture>& pictures, const Pict
                                picture.point(point % points_per_picture), dense.triangle[point]),
               &high_poly_normals_.pixels[3 * i]);
           Place& place = places_[i];
-          place.triangle = shown.triangle[point];
-          place.u = shown.barycentric[point];
-          place.v = shown.barycentric[point + count];
+          place.triangle = low_poly_hits.triangle[point];
+          place.u = low_poly_hits.barycentric[point];
+          place.v = low_poly_hits.barycentric[point + count];
           place.seen_from_behind = is_seen_from_behind(place.triangle, picture);
         }
       });

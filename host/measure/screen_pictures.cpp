@@ -16,8 +16,8 @@ constexpr std::uint32_t kSampledPixels = 48;
 
 std::vector<Vec3> plan_directions() { return held_out_views(kPlanViews, spread_views(12)); }
 
-HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
-                        const std::vector<Vec3>& toward, bool coarse) {
+HighPolyView make_high_poly_view(const Source::Impl& source, std::uint32_t screen,
+                                 const std::vector<Vec3>& toward, bool coarse) {
   std::vector<ViewAngles> views;
   views.reserve(toward.size());
   for (const Vec3& direction : toward) views.push_back(view_angles(direction));
@@ -30,7 +30,7 @@ HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
   return shown;
 }
 
-Mesh with_any_uvs(Mesh mesh) {
+Mesh add_placeholder_uvs(Mesh mesh) {
   mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
   mesh.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 1, 2});
   return mesh;
@@ -45,16 +45,16 @@ ScreenPictures::ScreenPictures(const Source& source, std::uint32_t screen, std::
   if (screen < 16 || screen > 16384 || views == 0) {
     throw Error(ErrorCode::usage, "ScreenPictures: screen is " + std::to_string(screen) +
                                       " pixels, views is " + std::to_string(views) +
-                                      "; give 16 to 16384 pixels and a view at least");
+                                      ": screen must be 16 to 16384 pixels, and views at least 1.");
   }
   const std::vector<Vec3> toward =
       held_out_views(static_cast<std::uint32_t>(views), plan_directions());
-  impl_.reset(new Impl{source, shown_from(impl_of(source), screen, toward)});
+  impl_.reset(new Impl{source, make_high_poly_view(impl_of(source), screen, toward)});
 }
 ScreenPictures::~ScreenPictures() = default;
 
 double ScreenPictures::degrees(const Mesh& low) const {
-  const NormalProbe normal_probe(impl_of(impl_->source), with_any_uvs(low), impl_->shown);
+  const NormalProbe normal_probe(impl_of(impl_->source), add_placeholder_uvs(low), impl_->shown);
   return normal_probe.without_map().mean_degrees;
 }
 

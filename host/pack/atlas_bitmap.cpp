@@ -32,7 +32,7 @@ class LowestRowsBySize {
   /// The row at which the search for an outline starts.
   /// \param mask  the outline's mask at any rotation
   std::uint32_t& of(const Outline& outline, const ChartMask& mask) {
-    // With few outlines, every search starts at the first row
+    // If there are few outlines, every search for a place starts at the first row
     if (!uses_lowest_rows_) return first_row_ = 0;
     const auto step = [](double size) {
       return static_cast<int>(std::log(size) / std::log(kSimilarSizeRatio));
@@ -64,7 +64,7 @@ void find_lowest_place(const CellRows& occupied_cells, const AtlasBitmap& sheet,
         std::tie(top, at->first, turn) >= std::tie(window.top, packed.x[i], packed.turn[i])) {
       return;
     }
-    window.top = top;  // At later rotations, the top must not be higher than at this one
+    window.top = top;  // The outline's top at later rotations must not be higher than at this one
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = turn;
   };
@@ -132,8 +132,9 @@ void AtlasPacker::record_place(const AtlasBitmap& sheet, std::uint32_t outline,
   packed.height = std::max(packed.height, y + mask.height);
 }
 
-PackedOutlines AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, double most,
-                                 const PackedOutlines* done, std::size_t same) const {
+PackedOutlines AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order,
+                                 double max_left_out_area, const PackedOutlines* done,
+                                 std::size_t same) const {
   PackedOutlines packed;
   packed.places.assign(outlines_.size(), {});
   packed.turn.assign(outlines_.size(), -1);
@@ -157,7 +158,7 @@ PackedOutlines AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& orde
                         done != nullptr ? done->turn[i] : std::int8_t{-1}, bottom, packed);
     }
     record_place(sheet, i, packed);
-    if (packed.left_out_area > most) return packed;
+    if (packed.left_out_area > max_left_out_area) return packed;
     if (packed.turn[i] < 0) continue;
     const ChartMask& mask = sheet.mask(i, packed.turn[i]);
     if (n < same) {

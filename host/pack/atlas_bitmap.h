@@ -31,7 +31,8 @@ struct PackedOutlines {
   /// Indices of the outlines that did not fit.
   std::vector<std::uint32_t> left_out_outlines;
   std::uint32_t height = 0;  ///< Number of used rows
-  double height_weight = 0;  ///< Sum over outlines of area times top row; lower is more compact.
+  /// Sum of (area * top row) over all outlines; a lower sum means a more compact packing.
+  double height_weight = 0;
   std::vector<OutlinePlace> places;
   std::vector<std::int8_t> turn;  ///< Rotation of each placed outline, or -1.
   std::vector<std::uint32_t> x, y;
@@ -79,11 +80,13 @@ class AtlasPacker {
   AtlasBitmap draw(std::uint32_t cells, double scale) const;
 
   /// Places each outline at the position at which its top is lowest. Outlines that fit nowhere are left out.
-  /// \param most packing stops as soon as the total area of left-out outlines exceeds this
-  /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep the places that they
-  ///     have in it. The other outlines' rotations in it are tried first, which saves time if they are good
+  /// \param max_left_out_area packing stops as soon as the total area of left-out outlines exceeds
+  ///   this
+  /// \param done an earlier result on this sheet. The first `same` outlines of the order keep their places of that
+  ///     result. The rotations that the other outlines have in that result are tried first, which saves time if
+  ///     they are good
   PackedOutlines pack(const AtlasBitmap& sheet, const PackOrder& order,
-                      double most = std::numeric_limits<double>::infinity(),
+                      double max_left_out_area = std::numeric_limits<double>::infinity(),
                       const PackedOutlines* done = nullptr, std::size_t same = 0) const;
 
  private:

@@ -64,11 +64,11 @@ class PackingSearch {
     }
     state_.angles = packer_.angles();
     if (state_.share == 0 || count == 0) return std::move(state_);
-    const double ahead = state_.attempt_coverage > state_.share
-                             ? std::sqrt(state_.attempt_coverage / state_.share)
-                             : scale_step_after(state_.packed);
+    const double scale_factor = state_.attempt_coverage > state_.share
+                                    ? std::sqrt(state_.attempt_coverage / state_.share)
+                                    : scale_step_after(state_.packed);
     max_tries_at_scale_ = std::clamp(tries / 4, 1U, kMaxTriesPerScale);
-    start_attempt(ahead, state_.attempt_coverage > 0 ? state_.attempt : state_.order);
+    start_attempt(scale_factor, state_.attempt_coverage > 0 ? state_.attempt : state_.order);
     for (std::uint32_t i = 0; i < tries && tries_without_progress_ < kMaxTriesWithoutProgress; ++i)
       try_random_change();
     state_.attempt = std::move(order_);
@@ -110,17 +110,17 @@ class PackingSearch {
     return std::tie(packed.left_out_area, packed.height_weight);
   }
 
-  /// Estimates the share of the square that outlines can cover, which is low if they are small relative to the
-  /// padding.
+  /// Estimates the share of the square that the outlines can cover. It is low if outlines are small relative
+  /// to the padding.
   double estimate_share() const {
     double length = 0, ring_count = 0, longest = 0;
     for (const Outline& outline : packer_.outlines()) {
       for (const auto& ring : outline.rings) {
         ring_count += 1;
         for (std::size_t i = 0; i < ring.size(); ++i) {
-          const Vec2d side = ring[(i + 1) % ring.size()] - ring[i], reach = ring[i] - ring[0];
+          const Vec2d side = ring[(i + 1) % ring.size()] - ring[i], offset = ring[i] - ring[0];
           length += std::sqrt(dot(side, side));
-          longest = std::max(longest, dot(reach, reach));
+          longest = std::max(longest, dot(offset, offset));
         }
       }
     }
@@ -251,7 +251,7 @@ class PackingSearch {
 
   const AtlasPacker& packer_;
   std::uint32_t grid_cells_;
-  double half_padding_cells_;  ///< Cells by which outlines are widened
+  double half_padding_cells_;  ///< Number of cells by which outlines are widened on each side
   std::mt19937 random_;
   PackState state_;
   // The members below describe the current attempt, at a scale at which some outlines do not fit yet.
@@ -278,7 +278,8 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
                              const PackState* from, int threads) {
   PackState best;
   if (from != nullptr) best = *from;
-  best.packed = {};  // The outlines may have changed, so their former places are invalid
+  // The outlines may have changed, so the places of the earlier search are invalid
+  best.packed = {};
   best = search_packing(outlines, size, padding, 0, 1, from != nullptr ? &best : nullptr);
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;
@@ -286,7 +287,8 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   const std::uint32_t rounds = outlines.size() > kFineGridOutlines ? 1 : kSearchRounds;
   for (std::uint32_t round = 0; round < rounds && (round == 0 || best.share < kTargetCoverage);
        ++round) {
-    // All searches of the last round start from the same orders by size, which no seed changes.
+    // All searches of the last round start from the outlines sorted by size, regardless of their
+    // seeds.
     if (round + 1 == kSearchRounds) {
       if (from != nullptr) start = search_packing(outlines, size, padding, 0, 1);
       if (start.share == 0) break;

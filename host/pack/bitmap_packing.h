@@ -11,12 +11,12 @@ namespace kiln {
 
 /// The state of a search. Another search can continue from it, even with slightly different outlines.
 struct PackState {
-  std::vector<double> angles;  ///< First rotation of each outline, in radians
+  std::vector<double> angles;  ///< Angle of each outline's first rotation, in radians
   PackOrder order;             ///< The best order with which all outlines fit
-  PackedOutlines packed;       ///< The outlines' places with `order`
+  PackedOutlines packed;       ///< The places of the outlines if they are placed in `order`
   /// Share of the square that outlines cover; 0 if they do not fit with any order
   double share = 0;
-  /// The best order at a slightly larger scale, at which some outlines do not fit yet.
+  /// The best order found at a slightly larger scale, at which some outlines do not fit yet.
   PackOrder attempt;
   /// Share of the square that `attempt` would cover; 0 if there is none.
   double attempt_coverage = 0;

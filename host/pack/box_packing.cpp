@@ -44,9 +44,8 @@ OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size,
   std::vector<PackSize> sizes(boxes.size());
   std::vector<PackPlace> places;
   OutlinePacking best;
-  double low = 0,
-         // Bounds of the bisection for the scale, in grid cells per unit of the outlines
-      high = std::sqrt(1.0 * side * side / area);
+  // Bounds between which the scale is found by bisection, in grid cells per unit of the outlines
+  double low = 0, high = std::sqrt(1.0 * side * side / area);
   for (int round = 0; round < 24 && high - low > 0.004 * high; ++round) {
     const double scale = low > 0 || round < 2 ? 0.5 * (low + high) : 0.25 * high;
     double covered_area = 0;

@@ -78,22 +78,24 @@ void CellRows::dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left
                       std::uint32_t right) {
   const std::uint32_t last_word = std::min(right / 64 + 1, words_);
   for (std::uint32_t k = 1; k < levels_; ++k) {
-    const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
+    const std::uint32_t shift = 1U << (k - 1), word_shift = shift / 64, bit_shift = shift % 64;
     const std::uint32_t first_word = (left - std::min(left, (1U << k) - 1)) / 64;
-    std::uint64_t* wide = row(k, first);
-    const std::uint64_t* narrow = row(k - 1, first);
-    for (std::uint32_t y = first; y < end; ++y, wide += words_, narrow += words_) {
+    std::uint64_t* wide_row = row(k, first);
+    const std::uint64_t* narrow_row = row(k - 1, first);
+    for (std::uint32_t y = first; y < end; ++y, wide_row += words_, narrow_row += words_) {
       // Bits beyond the row's end belong to the next row; they affect only places outside of the bitmap.
-      const std::uint64_t* const beside = narrow + whole;
+      const std::uint64_t* const shifted_row = narrow_row + word_shift;
       if (words_ == 1) {
-        wide[0] = narrow[0] | beside[0] >> part | beside[1] << 1 << (63 - part);
+        wide_row[0] =
+            narrow_row[0] | shifted_row[0] >> bit_shift | shifted_row[1] << 1 << (63 - bit_shift);
         continue;
       }
-      const auto down = static_cast<int>(part);
+      const auto signed_bit_shift = static_cast<int>(bit_shift);
       for (std::uint32_t w = first_word / 2 * 2; w < last_word; w += 2) {
-        const Word2 now = load_two_words(narrow + w) | load_two_words(beside + w) >> down |
-                          load_two_words(beside + w + 1) << 1 << (63 - down);
-        std::memcpy(wide + w, &now, sizeof now);
+        const Word2 now = load_two_words(narrow_row + w) |
+                          load_two_words(shifted_row + w) >> signed_bit_shift |
+                          load_two_words(shifted_row + w + 1) << 1 << (63 - signed_bit_shift);
+        std::memcpy(wide_row + w, &now, sizeof now);
       }
     }
   }
@@ -149,7 +151,7 @@ void CellRows::update_longest_free(std::uint32_t y, std::uint32_t steps) {
 /// Tests 64 rows, starting at a multiple of 64, as positions of a mask. \returns a bit for each row: 0 if the mask
 /// cannot be placed there, because one of its runs is longer than every free run of the row in which the run would lie.
 /// Only kComparedRuns runs are compared, from rows of the mask that are far from each other.
-std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
+std::uint64_t CellRows::find_rows_with_room(const ChartMask& mask, std::uint32_t first) const {
   std::uint64_t result = kAllOnes;
   for (std::size_t n = 0; n < std::min(kComparedRuns, mask.runs.size()) && result != 0; ++n) {
     const std::uint32_t r = mask.runs[n].row;
@@ -182,11 +184,11 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_place(
   // the result.
   std::array<std::uint32_t, kRecentRuns> recent_runs{0, 1, 2, 3};
   const auto runs = static_cast<std::uint32_t>(mask.runs.size());
-  const std::uint32_t ahead = words > kNarrowRowWords ? std::min(kRecentRuns, runs) : 0;
+  const std::uint32_t recent_run_count = words > kNarrowRowWords ? std::min(kRecentRuns, runs) : 0;
   for (;;) {
     while (rows == 0) {
       if (first_row >= end) return std::nullopt;
-      rows = rows_with_room(mask, first_row);
+      rows = find_rows_with_room(mask, first_row);
       if (first_row < window.bottom) rows &= kAllOnes << (window.bottom - first_row);
       if (end - first_row < 64) rows &= kAllOnes >> (64 - (end - first_row));
       first_row += 64;
@@ -194,15 +196,15 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_place(
     const std::uint32_t y = first_row - 64 + static_cast<std::uint32_t>(std::countr_zero(rows));
     rows &= rows - 1;
     blocked_cells = outside_places;
-    bool free = true;
-    std::array<std::uint32_t, words> open{};
+    bool is_free = true;
+    std::array<std::uint32_t, words> open_words{};
     std::uint32_t count = 0;
-    for (std::uint32_t r = 0; r < ahead + runs && free; ++r) {
-      const std::uint32_t run_index = r < ahead ? recent_runs[r] : r - ahead;
+    for (std::uint32_t r = 0; r < recent_run_count + runs && is_free; ++r) {
+      const std::uint32_t run_index = r < recent_run_count ? recent_runs[r] : r - recent_run_count;
       const ChartMask::Run& run = mask.runs[run_index];
       const auto record_place = [&] {
-        if (free || ahead == 0) return;
-        const std::uint32_t at = std::min(r, ahead - 1);
+        if (is_free || recent_run_count == 0) return;
+        const std::uint32_t at = std::min(r, recent_run_count - 1);
         std::copy_backward(recent_runs.begin(), recent_runs.begin() + at,
                            recent_runs.begin() + at + 1);
         recent_runs[0] = run_index;
@@ -212,48 +214,49 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_place(
       const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
       const std::uint64_t* const from = row(k, y + run.row);
       // Bits beyond the row's end affect only places that `outside_places` blocks.
-      const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
+      const std::uint64_t *const words_at_a = from + a / 64, *const words_at_b = from + b / 64;
       const auto blocked_word = [&](std::uint32_t w) {
-        return blocked_cells[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
-                                   at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
+        return blocked_cells[w] |=
+               words_at_a[w] >> a % 64 | words_at_a[w + 1] << 1 << (63 - a % 64) |
+               words_at_b[w] >> b % 64 | words_at_b[w + 1] << 1 << (63 - b % 64);
       };
       if (words > kNarrowRowWords && r > kFullRowRuns) {
         // In wide rows, only words with a free place are tested.
         std::uint32_t open_word_count = 0;
         for (std::uint32_t n = 0; n < count; ++n) {
-          const std::uint32_t w = open[n];
-          open[open_word_count] = w;
+          const std::uint32_t w = open_words[n];
+          open_words[open_word_count] = w;
           open_word_count += blocked_word(w) != kAllOnes ? 1 : 0;
         }
         count = open_word_count;
-        free = count > 0;
+        is_free = count > 0;
         record_place();
         continue;
       }
       if constexpr (words == 1) {
-        free = blocked_word(0) != kAllOnes;
+        is_free = blocked_word(0) != kAllOnes;
       } else {
         const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
         Word2 all{kAllOnes, kAllOnes};
         for (std::uint32_t w = 0; w < words; w += 2) {
           const Word2 now = load_two_words(blocked_cells.data() + w) |
-                            load_two_words(at_a + w) >> down_a |
-                            load_two_words(at_a + w + 1) << 1 << (63 - down_a) |
-                            load_two_words(at_b + w) >> down_b |
-                            load_two_words(at_b + w + 1) << 1 << (63 - down_b);
+                            load_two_words(words_at_a + w) >> down_a |
+                            load_two_words(words_at_a + w + 1) << 1 << (63 - down_a) |
+                            load_two_words(words_at_b + w) >> down_b |
+                            load_two_words(words_at_b + w + 1) << 1 << (63 - down_b);
           std::memcpy(blocked_cells.data() + w, &now, sizeof now);
           all &= now;
         }
-        free = (all[0] & all[1]) != kAllOnes;
+        is_free = (all[0] & all[1]) != kAllOnes;
       }
       record_place();
       if (words <= kNarrowRowWords || r < kFullRowRuns) continue;
       for (std::uint32_t w = 0; w < words; ++w) {
-        open[count] = w;
+        open_words[count] = w;
         count += blocked_cells[w] != kAllOnes ? 1 : 0;
       }
     }
-    if (!free) continue;
+    if (!is_free) continue;
     for (std::uint32_t w = 0; w < words; ++w) {
       if (blocked_cells[w] == kAllOnes) continue;
       return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked_cells[w])), y};

@@ -45,7 +45,7 @@ class CellRows {
   template <std::uint32_t words>
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find_place(const ChartMask& mask,
                                                                     const Window& window) const;
-  std::uint64_t rows_with_room(const ChartMask& mask, std::uint32_t first) const;
+  std::uint64_t find_rows_with_room(const ChartMask& mask, std::uint32_t first) const;
   void update_longest_free(std::uint32_t y, std::uint32_t steps);
   void find_longest_run(std::uint32_t y);
 
@@ -53,7 +53,8 @@ class CellRows {
   /// is scanned only if another run may be longer now.
   struct FreeRun {
     std::uint32_t begin = 0, end = 0;
-    std::uint32_t max_other_length = 0;  ///< Upper bound of all other runs' lengths
+    /// Upper bound of the lengths of all other runs in the row
+    std::uint32_t max_other_length = 0;
     std::uint32_t length() const { return end - begin; }
     void occupy(std::uint32_t first, std::uint32_t last);
   };
@@ -61,7 +62,7 @@ class CellRows {
   std::uint32_t width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;
   // For each length in steps, one bit per row: 1 if the row has a free run of at least that length.
-  std::uint32_t step_;  ///< A step is 2^step_ cells
+  std::uint32_t step_;  ///< The unit of free lengths is 2^step_ cells
   std::uint32_t row_words_;
   std::vector<std::uint64_t> fits_;
   std::vector<std::uint32_t> longest_free_;  ///< Longest free run of each row, in steps

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-Vec2d turned(const Vec2d& p, const Vec2d& turn) {
+Vec2d rotate(const Vec2d& p, const Vec2d& turn) {
   return {turn.x * p.x - turn.y * p.y, turn.y * p.x + turn.x * p.y};
 }
 
@@ -48,9 +48,9 @@ struct EdgeStrip {
     const Double2 begin = select(low_y < from, low_x + (from - low_y) * slope, low_x);
     const Double2 end = select(high_y > to, high_x + (to - high_y) * slope, high_x);
     const Double2 none = in_both_lanes(std::numeric_limits<double>::max());
-    const auto away = (high_y < from) | (low_y > to);
-    const Double2 low = select(away, none, select(begin < end, begin, end));
-    const Double2 high = select(away, -none, select(begin < end, end, begin));
+    const auto is_outside = (high_y < from) | (low_y > to);
+    const Double2 low = select(is_outside, none, select(begin < end, begin, end));
+    const Double2 high = select(is_outside, -none, select(begin < end, end, begin));
     span.low = std::min({span.low, low[0], low[1]});
     span.high = std::max({span.high, high[0], high[1]});
   }
@@ -58,8 +58,8 @@ struct EdgeStrip {
 
 /// Extends a span by a disc's extent within the slab.
 inline void add_disc(const Vec2d& centre, double radius, double bottom, Span& span) {
-  const double away = centre.y - std::clamp(centre.y, bottom, bottom + 1);
-  const double squared_reach = radius * radius - away * away;
+  const double vertical_distance = centre.y - std::clamp(centre.y, bottom, bottom + 1);
+  const double squared_reach = radius * radius - vertical_distance * vertical_distance;
   if (squared_reach < 0) return;
   const double reach = std::sqrt(squared_reach);
   span.add(centre.x - reach);
@@ -72,7 +72,7 @@ class CellBitmap {
   CellBitmap(std::uint32_t width, std::uint32_t height)
       : width_(width), height_(height), words_(width / 64 + 1), occupied_(words_ * height, 0) {}
 
-  /// Sets every cell within `margin` of the ring.
+  /// Sets every cell whose distance from the ring is at most `margin`.
   void set_within_margin(const std::vector<Vec2d>& ring, double margin) {
     if (ring.empty()) return;
     Disc first, a, b;
@@ -152,7 +152,7 @@ class CellBitmap {
     std::vector<Span> rows;
 
     void extend(Span& span, std::uint32_t y) const {
-      // Differences of rows below `first` wrap to large numbers
+      // For rows below `first`, the unsigned difference wraps to a large number
       if (y - first >= rows.size()) return;
       span.low = std::min(span.low, rows[y - first].low);
       span.high = std::max(span.high, rows[y - first].high);
@@ -167,8 +167,8 @@ class CellBitmap {
       add_disc(centre, radius, y, disc.rows[y - disc.first]);
   }
 
-  /// Sets the cells within `margin` of one edge: in each row, the extent of the discs around its two vertices and of
-  /// the strip between them.
+  /// Sets the cells whose distance from one edge is at most `margin`: in each row, the extent of the discs around
+  /// its two vertices and of the strip between them.
   void set_within_margin(const Vec2d& a, const Vec2d& b, double margin, const Disc& at_a,
                          const Disc& at_b) {
     const Vec2d edge_direction = b - a;
@@ -183,7 +183,8 @@ class CellBitmap {
       at_a.extend(span, y);
       at_b.extend(span, y);
       strip.extend(span, y);
-      if (span.low <= span.high) set(y, span.low - kRoundingMargin, span.high + kRoundingMargin);
+      if (span.low <= span.high)
+        set_cells(y, span.low - kRoundingMargin, span.high + kRoundingMargin);
     }
   }
 
@@ -207,9 +208,9 @@ class CellBitmap {
   const std::uint64_t* row(std::uint32_t y) const { return occupied_.data() + words_ * y; }
   /// Rounds up, clamped to [0, max].
   static std::uint32_t round_up(double value, std::uint32_t most) {
-    const double kept = std::clamp(value, 0.0, 1.0 * most);
-    const auto whole = static_cast<std::int32_t>(kept);
-    return static_cast<std::uint32_t>(whole + (whole < kept ? 1 : 0));
+    const double clamped_value = std::clamp(value, 0.0, 1.0 * most);
+    const auto integer_part = static_cast<std::int32_t>(clamped_value);
+    return static_cast<std::uint32_t>(integer_part + (integer_part < clamped_value ? 1 : 0));
   }
   /// Index of the cell at a coordinate, clamped to [0, count).
   static std::uint32_t cell_at(double place, std::uint32_t count) {
@@ -218,7 +219,7 @@ class CellBitmap {
   }
   std::uint32_t row_at(double y) const { return cell_at(y, height_); }
 
-  void set(std::uint32_t y, double low, double high) {
+  void set_cells(std::uint32_t y, double low, double high) {
     for (std::uint32_t x = cell_at(low, width_), end = cell_at(high, width_) + 1; x < end;) {
       const std::uint32_t count = std::min(64 - x % 64, end - x);
       row(y)[x / 64] |= (~std::uint64_t{0} >> (64 - count)) << x % 64;
@@ -256,7 +257,7 @@ MaskBitmap draw(const Outline& outline, double angle, double scale, double margi
   Box<Vec2d> box;
   for (auto& ring : rings) {
     for (Vec2d& p : ring) {
-      p = turned(p, mask.turn) * scale;
+      p = rotate(p, mask.turn) * scale;
       box.add(p);
     }
   }
@@ -277,15 +278,16 @@ MaskBitmap draw(const Outline& outline, double angle, double scale, double margi
 
 }  // namespace
 
-void ChartMask::arrange() {
+void ChartMask::sort_runs() {
   longest.assign(height, 0);
-  const Run* most = nullptr;
+  const Run* longest_run = nullptr;
   for (const Run& run : runs) {
     const auto count = static_cast<std::int16_t>(run.last - run.first + 1);
     longest[run.row] = std::max(longest[run.row], count);
-    if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
+    if (longest_run == nullptr || run.last - run.first > longest_run->last - longest_run->first)
+      longest_run = &run;
   }
-  if (most == nullptr) return;
+  if (longest_run == nullptr) return;
   // Neighbouring rows are similar, so a row that blocks the mask is found sooner if rows far from each other are tested
   // first. Rows are sorted by the power of 2 that divides their index, up to this exponent.
   static constexpr std::uint32_t kMaxRowExponent = 4;
@@ -298,22 +300,22 @@ void ChartMask::arrange() {
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
   std::vector<Run> arranged_runs(runs.size());
   // The longest run is moved to the front, so the starts of all groups before the run's own group move by one.
-  for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
-  arranged_runs[0] = *most;
+  for (std::uint32_t i = 0; i <= place(*longest_run); ++i) starts[i] += 1;
+  arranged_runs[0] = *longest_run;
   for (const Run& run : runs) {
-    if (&run != most) arranged_runs[starts[place(run)]++] = run;
+    if (&run != longest_run) arranged_runs[starts[place(run)]++] = run;
   }
   runs = std::move(arranged_runs);
 }
 
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin) {
-  MaskBitmap drawn = draw(outline, angle, scale, margin);
+  MaskBitmap mask_bitmap = draw(outline, angle, scale, margin);
   std::array<ChartMask, 4> masks;
   for (std::size_t quarter = 0; quarter < 4; ++quarter) {
     ChartMask& mask = masks[quarter];
     if (quarter == 0) {
-      mask = std::move(drawn.mask);
+      mask = std::move(mask_bitmap.mask);
     } else {
       const ChartMask& last = masks[quarter - 1];
       mask.width = last.height;
@@ -322,8 +324,8 @@ std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle,
       mask.shift = {last.height - last.shift.y, last.shift.x};
     }
     if (quarter < 2) {
-      if (quarter == 1) drawn.cells = drawn.cells.turned();
-      mask.runs = drawn.cells.runs();
+      if (quarter == 1) mask_bitmap.cells = mask_bitmap.cells.turned();
+      mask.runs = mask_bitmap.cells.runs();
     } else {
       mask.runs.reserve(masks[quarter - 2].runs.size());
       for (const ChartMask::Run& run : masks[quarter - 2].runs) {
@@ -331,23 +333,23 @@ std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle,
             {mask.height - 1 - run.row, mask.width - 1 - run.last, mask.width - 1 - run.first});
       }
     }
-    mask.arrange();
+    mask.sort_runs();
   }
   return masks;
 }
 
 double best_box_angle(const Outline& outline) {
-  double best = 0, least = std::numeric_limits<double>::max();
+  double best = 0, min_area = std::numeric_limits<double>::max();
   constexpr int kAngleSteps = 48;
   for (int i = 0; i < kAngleSteps; ++i) {
     const double angle = i * (0.5 * std::numbers::pi / kAngleSteps);
     const Vec2d turn{std::cos(angle), std::sin(angle)};
     Box<Vec2d> box;
     for (const auto& ring : outline.rings) {
-      for (const Vec2d& p : ring) box.add(turned(p, turn));
+      for (const Vec2d& p : ring) box.add(rotate(p, turn));
     }
     const double area = (box.high.x - box.low.x) * (box.high.y - box.low.y);
-    if (area < least * (1 - 1e-9)) least = area, best = angle;
+    if (area < min_area * (1 - 1e-9)) min_area = area, best = angle;
   }
   return best;
 }

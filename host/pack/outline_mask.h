@@ -23,14 +23,14 @@ struct ChartMask {
     std::uint32_t row = 0, first = 0, last = 0;
   };
   std::uint32_t width = 0, height = 0;
-  /// Runs of cells: the longest first, then runs in rows far from each other (see arrange()).
+  /// Runs of cells: the longest first, then runs in rows far from each other (see sort_runs()).
   std::vector<Run> runs;
   std::vector<std::int16_t> longest;  ///< Length of each row's longest run, in cells
   Vec2d turn{1, 0};                   ///< Cosine and sine of the rotation
   Vec2d shift{};                      ///< Translation of the rotated, scaled outline, in cells
 
   /// Sorts runs so that searches fail early, and sets `longest`.
-  void arrange();
+  void sort_runs();
 };
 
 /// Masks of an outline at an angle, and at that angle plus 90, 180 and 270 degrees. The other three masks are the first

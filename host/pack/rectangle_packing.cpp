@@ -50,17 +50,17 @@ class Skyline {
   void place(const Candidate& at, std::uint32_t width) {
     const std::uint32_t end = at.x + width;
     std::size_t last = at.node;  // One past the last node that starts under the rectangle
-    // Height of the last of these nodes, which continues to the right of the rectangle
-    std::uint32_t tail = 0;
-    while (last < nodes_.size() && nodes_[last].x < end) tail = nodes_[last++].y;
-    const bool cut = end < (last < nodes_.size() ? nodes_[last].x : side_);
+    // Height of the last of these nodes, whose skyline continues to the right of the rectangle
+    std::uint32_t tail_height = 0;
+    while (last < nodes_.size() && nodes_[last].x < end) tail_height = nodes_[last++].y;
+    const bool is_node_cut = end < (last < nodes_.size() ? nodes_[last].x : side_);
     nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(at.node),
                  nodes_.begin() + static_cast<std::ptrdiff_t>(last));
-    const auto where = nodes_.begin() + static_cast<std::ptrdiff_t>(at.node);
-    if (cut) {
-      nodes_.insert(where, {Node{at.x, at.top}, Node{end, tail}});
+    const auto insert_position = nodes_.begin() + static_cast<std::ptrdiff_t>(at.node);
+    if (is_node_cut) {
+      nodes_.insert(insert_position, {Node{at.x, at.top}, Node{end, tail_height}});
     } else {
-      nodes_.insert(where, Node{at.x, at.top});
+      nodes_.insert(insert_position, Node{at.x, at.top});
     }
   }
 
@@ -93,17 +93,17 @@ bool pack_shelves(std::span<const PackSize> sizes, std::span<const std::uint32_t
                   std::uint32_t side, std::vector<PackPlace>& places) {
   std::uint64_t shelf_bottom = 0, height = 0, x = 0;
   for (const std::uint32_t i : order) {
-    const std::uint32_t across = std::min(sizes[i].width, sizes[i].height);
+    const std::uint32_t shorter_side = std::min(sizes[i].width, sizes[i].height);
     const std::uint32_t up = std::max(sizes[i].width, sizes[i].height);
-    if (x + across > side) {
+    if (x + shorter_side > side) {
       shelf_bottom += height;
       x = 0;
     }
     if (x == 0) height = up;
-    if (across > side || shelf_bottom + height > side) return false;
+    if (shorter_side > side || shelf_bottom + height > side) return false;
     places[i] = {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(shelf_bottom),
                  sizes[i].width > sizes[i].height};
-    x += across;
+    x += shorter_side;
   }
   return true;
 }

@@ -70,7 +70,7 @@ class BytePlanner {
     Mesh triangle;
     triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     triangle.triangles = {{0, 1, 2}};
-    fixed_bytes_ = options.mesh_bytes(with_any_uvs(std::move(triangle)));
+    fixed_bytes_ = options.mesh_bytes(add_placeholder_uvs(std::move(triangle)));
   }
 
   BytePlan run() {
@@ -231,7 +231,7 @@ class BytePlanner {
     low_poly.bake = bake_options(size);
     BakeOptions bake = low_poly.bake;
     if (!all_maps) {
-      ask_for(bake, {shading_map(bake).value()});
+      request_only(bake, {shading_map(bake).value()});
       bake.report.errors = bake.report.keep_match = false;
       bake.report.recall = 0;
       bake.match.visibility.directions =

@@ -107,7 +107,7 @@ BuiltCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
   const auto positions = static_cast<double>(candidate.positions);
   const Stopwatch watch;
   const NormalProbe probe(impl_of(source_),
-                          built.low.uvs.empty() ? with_any_uvs(built.low) : built.low,
+                          built.low.uvs.empty() ? add_placeholder_uvs(built.low) : built.low,
                           evaluator_.high_view());
   if (size == 0) {
     vertices_per_position_ = static_cast<double>(candidate.vertices) / positions;
@@ -133,7 +133,7 @@ void CandidateBuilder::build_map(BuiltCandidate& built, const NormalProbe& probe
   built.bake.width = built.bake.height = size;
   built.bake.samples = candidate.samples;
   BakeOptions trial_options = built.bake;
-  ask_for(trial_options, {shading_map(trial_options).value()});
+  request_only(trial_options, {shading_map(trial_options).value()});
   trial_options.encoding.raw = trial_options.encoding.two_component = trial_options.report.errors =
       trial_options.report.keep_match = false;
   trial_options.report.recall = 0;

@@ -20,7 +20,9 @@ namespace {
 
 /// Gives a mesh arbitrary UVs, so that points can be matched before the mesh is unwrapped. Height
 /// fields keep their own UVs, which matching by UVs reads.
-Mesh with_placeholder_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
+Mesh with_placeholder_uvs(const Mesh& low) {
+  return low.uvs.empty() ? add_placeholder_uvs(low) : low;
+}
 
 }  // namespace
 
@@ -30,8 +32,9 @@ LevelEvaluator::LevelEvaluator(const Source& source, const Mesh& high,
     : source_(source), high_(high), options_(options), bake_(bake), plan_(plan), cache_(cache) {
   ProgressGuard::poll_at(0, "analysing the high poly");
   const Stopwatch watch;
-  fine_view_ = shown_from(impl_of(source), options.screen, plan_directions());
-  coarse_view_ = shown_from(impl_of(source), options.screen, plan_directions(), /*coarse=*/true);
+  fine_view_ = make_high_poly_view(impl_of(source), options.screen, plan_directions());
+  coarse_view_ =
+      make_high_poly_view(impl_of(source), options.screen, plan_directions(), /*coarse=*/true);
   plan.seconds_measure += watch.total();
   make_levels(kFinestFaces);
 }

@@ -85,7 +85,8 @@ class LodMaker {
           make_simplified_levels();
           progress.at(0, "analysing the high poly");
           const Stopwatch watch;
-          const HighPolyView high_view = shown_from(impl_of(source_), screen, plan_directions());
+          const HighPolyView high_view =
+              make_high_poly_view(impl_of(source_), screen, plan_directions());
           std::size_t begin = 0;
           while (begin < simplified_levels_->count() &&
                  simplified_levels_->faces(begin) >= previous().chosen.faces) {

@@ -286,7 +286,7 @@ class MatchPlanner {
     bake.match.visibility.at = VisibilityAt::vertex;
     std::erase(bake.match.fallback, method);
     if (!options_.bounds.empty() && !all_maps_) {
-      ask_for(bake, {shading_map(bake).value()});
+      request_only(bake, {shading_map(bake).value()});
     } else if (options_.choose_rays) {
       reserve_bound_for_rays(options_.bounds, bake);
     }

@@ -451,9 +451,8 @@ Box<Vec3> box_of_triangle(std::span<const Vec3> positions, const Triangle& trian
 
 std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
     std::size_t chunk, std::span<const Box<Vec3>> boxes) const {
-  constexpr std::size_t kMaxMarks =
-      std::size_t{1}  // Above this number, marking cells takes longer than building the BVH
-      << 25;
+  // Above this number of marked cells, marking takes longer than building the BVH
+  constexpr std::size_t kMaxMarks = std::size_t{1} << 25;
   {
     const auto lock = lock_polling(mutex_);
     if (kept_[chunk] != nullptr) return kept_[chunk];

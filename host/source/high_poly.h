@@ -55,7 +55,7 @@ struct KILN_HIDDEN Source::Impl {
   Device device;
   Frame frame;
   Traversal traversal;
-  std::vector<Vec3> positions;  ///< Positions in the frame
+  std::vector<Vec3> positions;  ///< Positions in the working frame
   std::vector<Triangle> triangles;
   std::vector<Vec2> uvs;  ///< UVs of corners; may be empty
   std::vector<Triangle> uv_triangles;
@@ -63,7 +63,8 @@ struct KILN_HIDDEN Source::Impl {
   std::vector<UvSet> other_uvs;  ///< Other UV sets, indexed by the same uv_triangles
   SourceAttributes attributes;
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices; may be empty
-  /// Names of triangles as in Mesh: a list of names, and for each triangle an index in it. There may be no indices.
+  /// Names of triangles as in Mesh: a list of names, and for each triangle an index in it. The list of indices may
+  /// be empty.
   struct Names {
     std::vector<std::uint32_t> of;
     std::vector<std::string> names;

@@ -13,7 +13,8 @@ struct DeviceCorrespondence {
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;         ///< Elements of one plane
   cl::Array<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for a miss
-  cl::Array<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
+  /// Two arrays, one after the other: weights of corner 1, then of corner 2
+  cl::Array<float> barycentric;
   cl::Array<float> distance;
   cl::Array<std::uint8_t> status;  ///< kiln_sample_status of each sample
   /// Visibility directions, 3 planes: the mean of the directions that see the sample, in object space. Empty if not

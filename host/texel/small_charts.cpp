@@ -298,11 +298,12 @@ class SmallChartFinder {
     return static_cast<std::size_t>(row * std::int64_t{width_} + column);
   }
 
-  void assign_texel(std::uint32_t small, const FreeTexel& place) {
+  void assign_texel(std::uint32_t small_index, const FreeTexel& place) {
     is_occupied_[texel_index(place.column, place.row)] = true;
-    has_texel_[small] = 1;
+    has_texel_[small_index] = 1;
     result_.texels.push_back({static_cast<std::uint32_t>(place.column),
-                              static_cast<std::uint32_t>(place.row), result_.triangles[small]});
+                              static_cast<std::uint32_t>(place.row),
+                              result_.triangles[small_index]});
   }
 
   /// Finds the free texel with the nearest centre.
@@ -361,23 +362,24 @@ class SmallChartFinder {
       std::uint32_t small;
     };
     std::vector<OverlappedTexel> overlapped_texels;
-    for (std::uint32_t small = 0; small < texel_triangles_.size(); ++small) {
-      for_each_texel_near(texel_triangles_[small], 0, [&](std::int64_t column, std::int64_t row) {
-        const std::size_t texel = texel_index(column, row);
-        if (is_occupied_[texel]) return;
-        overlapped_texels.push_back(
-            {texel, texel_triangles_[small].squared_distance(column, row), small});
-      });
+    for (std::uint32_t small_index = 0; small_index < texel_triangles_.size(); ++small_index) {
+      for_each_texel_near(
+          texel_triangles_[small_index], 0, [&](std::int64_t column, std::int64_t row) {
+            const std::size_t texel = texel_index(column, row);
+            if (is_occupied_[texel]) return;
+            overlapped_texels.push_back(
+                {texel, texel_triangles_[small_index].squared_distance(column, row), small_index});
+          });
     }
     std::sort(overlapped_texels.begin(), overlapped_texels.end(),
               [](const OverlappedTexel& a, const OverlappedTexel& b) {
                 return std::tie(a.texel, a.squared_distance, a.small) <
                        std::tie(b.texel, b.squared_distance, b.small);
               });
-    for (const auto& [texel, squared_distance, small] : overlapped_texels) {
+    for (const auto& [texel, squared_distance, small_index] : overlapped_texels) {
       if (is_occupied_[texel]) continue;
-      assign_texel(small, {squared_distance, static_cast<std::int64_t>(texel / width_),
-                           static_cast<std::int64_t>(texel % width_)});
+      assign_texel(small_index, {squared_distance, static_cast<std::int64_t>(texel / width_),
+                                 static_cast<std::int64_t>(texel % width_)});
     }
   }
 

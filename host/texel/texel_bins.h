@@ -14,10 +14,10 @@ namespace kiln {
 struct TexelGrid {
   std::uint32_t width = 0, height = 0;  ///< Size of the map in texels
   std::uint32_t samples = 1;  ///< Number of samples along a texel's side: N x N samples per texel
-  std::uint32_t block_texels = 8;   ///< Side of a block, texels: a power of two
-  std::uint32_t block_samples = 8;  ///< Side of a block, samples
-  std::uint32_t tile_blocks = 8;    ///< Side of a tile, blocks: a power of two
-  std::uint32_t band_tiles = 1;     ///< Rows of tiles in a band
+  std::uint32_t block_texels = 8;   ///< Side of a block in texels; a power of two
+  std::uint32_t block_samples = 8;  ///< Side of a block in samples
+  std::uint32_t tile_blocks = 8;    ///< Side of a tile in blocks; a power of two
+  std::uint32_t band_tiles = 1;     ///< Number of rows of tiles in a band
   /// Number of groups of 8 slots, which hold a block's samples
   std::uint32_t slot_groups = 8;
 

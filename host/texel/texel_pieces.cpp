@@ -41,7 +41,7 @@ struct PieceBuilder {
   CountedFlaw outside_square, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
-    // UV copies are not baked, since they share the texels of another triangle
+    // Skips UV copies, which are not baked since they share the texels of another triangle
     if (surface.usable[t] == 0 || surface.is_copy(t)) return;
     const auto& triangle = surface.triangles[t];
     const auto first = static_cast<std::uint32_t>(pieces.size());

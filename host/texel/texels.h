@@ -28,8 +28,10 @@ struct TexelBand {
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel
   cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] index within the texel: sy * N + sx
   cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the low poly
-  cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
-  /// 7 planes: position x y z, unit direction x y z, reach (length of the direction before normalizing)
+  /// Two arrays, one after the other: weights of corner 1, then of corner 2
+  cl::Array<float> barycentric;
+  /// Seven arrays, one per component: position x y z, unit direction x y z, reach (the length of the
+  /// direction before it was normalized)
   cl::Array<float> points;
   /// Triangles of small charts, whose samples are not at the texels' centres (SmallCharts), ascending; null
   /// if there are none. Owned by the sampler.
@@ -49,9 +51,9 @@ struct TexelOptions {
 
 /// Statistics of the UV layout over all bands.
 struct TexelReport {
-  std::uint64_t texels = 0;  ///< Texels with at least one sample
+  std::uint64_t texels = 0;  ///< Number of texels with at least one sample
   std::uint64_t samples = 0;
-  std::uint64_t overlapping_samples = 0;  ///< Samples covered by more than one triangle
+  std::uint64_t overlapping_samples = 0;  ///< Number of samples that more than one triangle covers
   /// Warnings "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing" and "low-degenerate", each with the
   /// count, the rule that was applied, and an example
   std::vector<Warning> warnings;

@@ -54,10 +54,11 @@ std::vector<std::array<std::uint32_t, 4>> collect_chart_corners(
     const std::uint32_t first = t[(apex + 1) % 3], second = t[(apex + 2) % 3];
     // Pairs are found by position, so the two triangles may use different vertices at the same
     // positions. Such triangles cannot form a quad.
-    const bool paired = other != kNoIndex &&
-                        std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
-                        std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
-    if (!paired) {
+    const bool is_paired =
+        other != kNoIndex &&
+        std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
+        std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
+    if (!is_paired) {
       // A single triangle's longest side becomes the diagonal of a square.
       const std::size_t k = find_longest_side(low_poly, t);
       charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNoPolygon});
@@ -111,14 +112,14 @@ double find_density(const std::vector<RectangleSize>& rectangle_sizes, std::uint
   if (2 * border + 2 > size) return 0;
   const double texels = double(size) * size;
   const auto fits = [&](double density) {
-    std::vector<PackSize> tried = find_pack_sizes(rectangle_sizes, density, size, border);
+    std::vector<PackSize> candidate_sizes = find_pack_sizes(rectangle_sizes, density, size, border);
     double area = 0;
-    for (const PackSize& s : tried) area += double(s.width) * s.height;
+    for (const PackSize& s : candidate_sizes) area += double(s.width) * s.height;
     if (area > texels) return false;
     std::vector<PackPlace> found;
-    if (!pack_rectangles(tried, size, found)) return false;
+    if (!pack_rectangles(candidate_sizes, size, found)) return false;
     rectangle_places = std::move(found);
-    sizes = std::move(tried);
+    sizes = std::move(candidate_sizes);
     return true;
   };
   double longest = 0;

@@ -28,7 +28,7 @@ struct Atlas {
 std::uint32_t find_atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
                               std::uint32_t border);
 
-/// The triangles in the order of Atlas::mesh, without UVs.
+/// The low poly's triangles, in the order of Atlas::mesh but without UVs.
 Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume);
 
 /// Packs the polygons as rectangles at the highest density that fits; single triangles are paired if they unfold

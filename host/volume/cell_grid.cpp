@@ -47,7 +47,8 @@ void CellGrid::build(bool open) {
         kiln_volume_word* out = &word_ranks_[(z * rows + y) * row];
         for (std::uint32_t w = 0; w < row; ++w) {
           const bool has_next_word = w + 1 < row;
-          // Shifts a row's bits, so that each voxel's bit is that of the next voxel along x.
+          // Shifts a row's bits by one voxel, so that each voxel gets the bit of the next voxel
+          // along x.
           const auto next = [&](const std::uint64_t* line) {
             return line[w] >> 1 | (has_next_word ? line[w + 1] << 63 : 0);
           };
@@ -77,18 +78,18 @@ void CellGrid::build(bool open) {
   });
   plane_edges_.assign(planes + 1, 0);
   plane_cells_.assign(planes + 1, 0);
-  std::uint64_t edge_total = 0, cell_total = 0;
+  std::uint64_t edge_count_so_far = 0, cell_count_so_far = 0;
   for (std::uint32_t z = 0; z < planes; ++z) {
-    edge_total += edges[z];
-    cell_total += cells[z];
+    edge_count_so_far += edges[z];
+    cell_count_so_far += cells[z];
     // The limit leaves room in 32 bits for four vertices per cell and two triangles per edge.
-    if (edge_total >= kNone / 4 || cell_total >= kNone / 4) {
+    if (edge_count_so_far >= kNone / 4 || cell_count_so_far >= kNone / 4) {
       throw Error(ErrorCode::input,
                   "The volume's surface crosses more than a billion edges: smooth the volume, take "
                   "another iso value, or cut it into parts.");
     }
-    plane_edges_[z + 1] = static_cast<std::uint32_t>(edge_total);
-    plane_cells_[z + 1] = static_cast<std::uint32_t>(cell_total);
+    plane_edges_[z + 1] = static_cast<std::uint32_t>(edge_count_so_far);
+    plane_cells_[z + 1] = static_cast<std::uint32_t>(cell_count_so_far);
   }
   edge_count_ = plane_edges_[planes];
   cell_count_ = plane_cells_[planes];

@@ -223,15 +223,15 @@ Image make_chart_map(cl::Context& context, const FineSurface& surface,
       splat_normals(context, surface, low_poly, atlas, atlas.texels_per_unit * spacing,
                     polygon_map_options, splatted);
   const PolygonTexels polygon_texels(atlas, polygon_map);
-  const Mesh& mesh = layout.mesh;  // Triangles are in the order of the intermediate map
+  const Mesh& mesh = layout.mesh;  // The triangles have the same order as in the intermediate map
   std::vector<PlacedTriangle> placed_triangles;
   placed_triangles.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     placed_triangles.emplace_back(mesh, t, options.size);
   const std::uint32_t size = options.size;
-  std::vector<TexelSum> gathered(std::size_t{size} * size);
+  std::vector<TexelSum> texel_sums(std::size_t{size} * size);
   const auto accumulate = [&](std::size_t begin, std::size_t end) {
-    accumulate_rows(placed_triangles, polygon_texels, size, begin, end, gathered);
+    accumulate_rows(placed_triangles, polygon_texels, size, begin, end, texel_sums);
   };
   parallel_for(size, kRowsPerTask, accumulate);
 
@@ -239,10 +239,10 @@ Image make_chart_map(cl::Context& context, const FineSurface& surface,
   if (options.space == NormalMapSpace::tangent) {
     low_poly_shading = low_shading(LowSurface::of(mesh, Frame::of(mesh)));
   }
-  Image image{size, size, 3, std::vector<float>(3 * gathered.size(), 0.0F)};
-  std::vector<std::uint8_t> coverage(gathered.size(), kCoverageEmpty);
-  for (std::size_t i = 0; i < gathered.size(); ++i) {
-    const TexelSum& texel = gathered[i];
+  Image image{size, size, 3, std::vector<float>(3 * texel_sums.size(), 0.0F)};
+  std::vector<std::uint8_t> coverage(texel_sums.size(), kCoverageEmpty);
+  for (std::size_t i = 0; i < texel_sums.size(); ++i) {
+    const TexelSum& texel = texel_sums[i];
     if (texel.sample_count == 0) continue;
     coverage[i] = kCoverageBaked;
     const double sum_length = length(texel.sum);
@@ -263,7 +263,7 @@ Image make_chart_map(cl::Context& context, const FineSurface& surface,
   fill_gutter(context, image, coverage, gutter);
   const float y_scale = options.flip_y ? -1.0F : 1.0F;
   const float scale = options.raw ? 1.0F : 0.5F, offset = options.raw ? 0.0F : 0.5F;
-  for (std::size_t i = 0; i < gathered.size(); ++i) {
+  for (std::size_t i = 0; i < texel_sums.size(); ++i) {
     float* p = &image.pixels[3 * i];
     if (coverage[i] == kCoverageEmpty) {
       p[0] = p[1] = offset;

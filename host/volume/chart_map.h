@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// A low poly with large charts.
+/// A low poly whose layout has few large charts.
 struct ChartLayout {
   Mesh mesh;
   UnwrapReport unwrapped;

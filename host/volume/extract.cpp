@@ -114,14 +114,14 @@ void report_surface(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
   }
   if (low_poly.changed_topology != 0) {
     const std::string kept_faces_text = std::to_string(report.used.kept_faces);
-    const std::string why = report.used.kept_faces == 0
-                                ? "."
-                                : "; keeping all of them takes " + kept_faces_text + " faces.";
+    const std::string reason = report.used.kept_faces == 0
+                                   ? "."
+                                   : "; keeping all of them takes " + kept_faces_text + " faces.";
     report.warnings.push_back({"topology-changed",
                                std::to_string(low_poly.changed_topology) +
                                    " vertices of the low poly merge several sheets of the surface: "
                                    "parts, holes or handles were lost there" +
-                                   why,
+                                   reason,
                                low_poly.changed_topology});
   }
 }
@@ -331,14 +331,14 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
   ProgressGuard::poll_at(0, "contouring");
   const FineSurface surface =
       fine_surface(context_of(device), volume, options.contour, true, contour);
-  const auto contoured = std::chrono::steady_clock::now();
+  const auto contour_end = std::chrono::steady_clock::now();
   const VertexTree tree(surface, volume.size, options.contour.border == VolumeBorder::open);
   const auto seconds = [](auto from, auto to) {
     return std::chrono::duration<double>(to - from).count();
   };
   ExtractResult result = extract_from(context_of(device), volume, surface, tree, options, contour,
-                                      seconds(contoured, std::chrono::steady_clock::now()));
-  result.report.seconds_total += seconds(start, contoured);
+                                      seconds(contour_end, std::chrono::steady_clock::now()));
+  result.report.seconds_total += seconds(start, contour_end);
   return result;
 }
 

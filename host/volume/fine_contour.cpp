@@ -217,18 +217,18 @@ UnchangedVertices FineContour::update(const Volume& volume, const PlaneRange& vo
   report.vertices = count;
   report.quads = surface.quads;
   report.seconds_quads = restart_clock(clock);
-  UnchangedVertices kept;
-  kept.planes = planes;
-  kept.new_suffix_begin = static_cast<std::uint32_t>(count);
-  kept.old_suffix_begin = static_cast<std::uint32_t>(surface_.keys.size());
+  UnchangedVertices unchanged;
+  unchanged.planes = planes;
+  unchanged.new_suffix_begin = static_cast<std::uint32_t>(count);
+  unchanged.old_suffix_begin = static_cast<std::uint32_t>(surface_.keys.size());
   if (state_.cells) {
-    kept.prefix_end = begins[planes.first];
-    kept.new_suffix_begin = begins[planes.last];
-    kept.old_suffix_begin = state_.plane_vertices[planes.last];
+    unchanged.prefix_end = begins[planes.first];
+    unchanged.new_suffix_begin = begins[planes.last];
+    unchanged.old_suffix_begin = state_.plane_vertices[planes.last];
   }
   surface_ = std::move(surface);
   if (keeps_state_) state_ = std::move(next);
-  return kept;
+  return unchanged;
 }
 
 FineSurface fine_surface(cl::Context& context, const Volume& volume, const ContourOptions& options,

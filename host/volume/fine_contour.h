@@ -41,7 +41,7 @@ class FineContour {
   struct Kernels {
     cl::Kernel signs, crossings, vertices;
   };
-  /// State of the last update, besides the surface.
+  /// State after the last update, except the surface.
   struct State {
     std::optional<CellGrid> cells;
     /// Voxel signs before unreachable voxels were filled; empty if ContourOptions::outer_only is

@@ -20,12 +20,13 @@ double squared_distance(const kiln_volume_vertex& a, const kiln_volume_vertex& b
 }
 
 /// Removes vertices without triangles.
-void drop_vertices(Mesh& mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& gone) {
+void drop_vertices(Mesh& mesh,
+                   const std::vector<std::pair<std::uint32_t, std::uint32_t>>& removed_vertices) {
   std::vector<std::uint32_t> number(mesh.positions.size());
   std::uint32_t count = 0;
-  auto next = gone.begin();  // The list is sorted by removed vertex
+  auto next = removed_vertices.begin();  // The list is sorted by the removed vertex
   for (std::uint32_t v = 0; v < number.size(); ++v) {
-    if (next != gone.end() && next->first == v) {
+    if (next != removed_vertices.end() && next->first == v) {
       ++next;
       continue;
     }
@@ -71,8 +72,8 @@ Mesh make_fine_mesh(const FineSurface& surface, const Volume& volume) {
     short_edges = short_edges || same_place(place(a), place(b)) || same_place(place(b), place(c)) ||
                   same_place(place(c), place(d)) || same_place(place(d), place(a));
   }
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> gone;
-  if (short_edges) gone = collapse_short_edges(polygons, place);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> removed_vertices;
+  if (short_edges) removed_vertices = collapse_short_edges(polygons, place);
   mesh.triangles.reserve(2 * surface.quads);
   for (const auto& [a, b, c, d] : polygons) {
     if (d == VertexTree::kNone) {
@@ -93,7 +94,7 @@ Mesh make_fine_mesh(const FineSurface& surface, const Volume& volume) {
       mesh.triangles.push_back({b, c, d});
     }
   }
-  if (!gone.empty()) drop_vertices(mesh, gone);
+  if (!removed_vertices.empty()) drop_vertices(mesh, removed_vertices);
   mesh.normal_triangles = mesh.triangles;
   if (mesh.triangles.empty()) {
     throw Error(ErrorCode::input, "The surface of volume '" + volume.name +

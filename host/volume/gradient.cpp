@@ -92,14 +92,15 @@ class SurfaceFinder {
   LineResult find(const Vec3d& from, const Vec3d& along, Vec3d& surface_point) const {
     const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kGradientStep)));
     const double step = 1.0 / steps;
-    bool fore = is_solid_at(from), back = fore;
+    bool is_solid_forward = is_solid_at(from), is_solid_backward = is_solid_forward;
     for (int k = 0; k < steps; ++k) {
       const double t = k * step, u = (k + 1) * step;
-      const bool next_fore = is_solid_at(from + along * u),
-                 next_back = is_solid_at(from + along * -u);
-      const bool leaves_forward = fore && !next_fore, leaves_backward = next_back && !back;
-      fore = next_fore;
-      back = next_back;
+      const bool is_next_solid_forward = is_solid_at(from + along * u),
+                 is_next_solid_backward = is_solid_at(from + along * -u);
+      const bool leaves_forward = is_solid_forward && !is_next_solid_forward,
+                 leaves_backward = is_next_solid_backward && !is_solid_backward;
+      is_solid_forward = is_next_solid_forward;
+      is_solid_backward = is_next_solid_backward;
       double best = 2;
       LineResult line_result = LineResult::no_crossing;
       if (leaves_forward) refine_crossing(from, along, t, u, best, line_result, surface_point);

@@ -80,8 +80,8 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, DeviceSlab&
   const std::uint32_t base = cells.plane_edges()[planes.first];
   const std::uint32_t count = cells.plane_edges()[planes.last] - base;
   cl::Array<kiln_volume_crossing> crossings(context, count);
-  const bool fits_at_once = slabs.step() >= grid.size[2];
-  const std::uint32_t step = fits_at_once ? planes.last - planes.first : slabs.step() - 7;
+  const bool fits_in_one_slab = slabs.step() >= grid.size[2];
+  const std::uint32_t step = fits_in_one_slab ? planes.last - planes.first : slabs.step() - 7;
   RawVector<kiln_volume_crossing> part;
   for (std::uint32_t first = planes.first; first < planes.last; first += step) {
     const std::uint32_t last = std::min(planes.last, first + step);

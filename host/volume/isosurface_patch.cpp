@@ -162,22 +162,22 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   box_center_ = box.center();
   size_ = std::max(box.diagonal(), std::numeric_limits<double>::min());
 
-  std::vector<std::uint8_t> free(low_poly.positions.size(), 0);
+  std::vector<std::uint8_t> is_free(low_poly.positions.size(), 0);
   for (const std::uint32_t t : seeds_in) {
-    for (const std::uint32_t v : faces.triangles[t]) free[v] = 1;
+    for (const std::uint32_t v : faces.triangles[t]) is_free[v] = 1;
   }
-  const std::vector<std::uint8_t> is_inner = free;
-  const auto touches = [](const std::vector<std::uint8_t>& marks, const Triangle& t) {
+  const std::vector<std::uint8_t> is_inner = is_free;
+  const auto has_marked_corner = [](const std::vector<std::uint8_t>& marks, const Triangle& t) {
     return (marks[t[0]] | marks[t[1]] | marks[t[2]]) != 0;
   };
   for (const Triangle& t : faces.triangles) {
-    if (!touches(is_inner, t)) continue;
-    for (const std::uint32_t v : t) free[v] = 1;
+    if (!has_marked_corner(is_inner, t)) continue;
+    for (const std::uint32_t v : t) is_free[v] = 1;
   }
   std::vector<std::uint32_t> number(low_poly.positions.size(), kNoVertex);
   std::vector<std::uint8_t> is_free_in_patch;
   for (std::uint32_t i = 0; i < faces.triangles.size(); ++i) {
-    if (!touches(free, faces.triangles[i])) continue;
+    if (!has_marked_corner(is_free, faces.triangles[i])) continue;
     replaced_triangles_.push_back(i);
     Triangle t = faces.triangles[i];
     for (std::uint32_t& v : t) {
@@ -185,7 +185,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
         number[v] = static_cast<std::uint32_t>(vertices_.size());
         vertices_.push_back(v);
         points.push_back(to_unit(low_poly.positions[v]));
-        is_free_in_patch.push_back(free[v]);
+        is_free_in_patch.push_back(is_free[v]);
       }
       v = number[v];
     }
@@ -287,9 +287,9 @@ void IsosurfacePatch::apply_collapses(
   }
   triangles.resize(kept);
   low_poly_triangles_.resize(kept);
-  for (const auto& [stays, gone] : merges) {
-    is_fixed[stays] = is_fixed[stays] | is_fixed[gone];
-    merged_vertices_.emplace_back(stays, gone);
+  for (const auto& [kept_vertex, removed_vertex] : merges) {
+    is_fixed[kept_vertex] = is_fixed[kept_vertex] | is_fixed[removed_vertex];
+    merged_vertices_.emplace_back(kept_vertex, removed_vertex);
   }
 }
 
@@ -302,8 +302,8 @@ void IsosurfacePatch::apply_to_low_poly(const FineSurface& surface, const Volume
     for (std::size_t k = 0; k < 3; ++k)
       change.triangles[low_poly_triangles_[i]][k] = vertices_[triangles[i][k]];
   }
-  for (const auto& [stays, gone] : merged_vertices_)
-    change.merged_into[vertices_[gone]] = vertices_[stays];
+  for (const auto& [kept_vertex, removed_vertex] : merged_vertices_)
+    change.merged_into[vertices_[removed_vertex]] = vertices_[kept_vertex];
   std::vector<std::uint32_t> changed;
   for (std::size_t i = 0; i < points.size(); ++i) {
     Vec3& at = low_poly.positions[vertices_[i]];
@@ -311,7 +311,8 @@ void IsosurfacePatch::apply_to_low_poly(const FineSurface& surface, const Volume
     at = to_world(points[i]);
     changed.push_back(vertices_[i]);
   }
-  for (const auto& [stays, gone] : merged_vertices_) changed.push_back(vertices_[stays]);
+  for (const auto& [kept_vertex, removed_vertex] : merged_vertices_)
+    changed.push_back(vertices_[kept_vertex]);
   const std::vector<std::uint32_t> number = change.apply_to_low_poly(surface, low_poly);
   for (const std::uint32_t v : changed) {
     if (number[v] == kNoVertex) continue;

@@ -40,7 +40,7 @@ constexpr double kMinHeightShare = 1e-4;
 /// vertex to count as part of that side.
 constexpr double kMinSideCosine = 0.3;
 
-/// A low poly and its fine surface.
+/// A low poly, and the fine surface that it simplifies.
 struct RepairContext {
   const FineSurface& surface;
   const SimplifiedIsosurface& low_poly;
@@ -266,7 +266,7 @@ class FixedVerticesConstraint : public CollapseConstraint {
 /// Repairs as many flaws of a patch as possible, and counts those that remain.
 void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
   SimplifyCheck check(patch.fine_points, patch.fine_triangles);
-  const auto bad = [&](const TriangleCorners& corners) {
+  const auto is_flawed = [&](const TriangleCorners& corners) {
     return is_thin(corners, kMinHeightShare) || check.is_flaw(corners);
   };
   const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
@@ -279,7 +279,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     bool has_repaired = false;
     for (const auto* list : {&found.flat, &found.folded}) {
       for (const std::uint32_t t : *list)
-        has_repaired = collapser.repair_triangle(t, bad) || has_repaired;
+        has_repaired = collapser.repair_triangle(t, is_flawed) || has_repaired;
     }
     if (!has_repaired) break;
     patch.seeds.clear();

@@ -181,7 +181,7 @@ class OutsideRegions {
   void write_runs(std::size_t y, std::size_t z) {
     VoxelRun* out = outside_runs_.data() + first_runs_[(z - 1) * solid_.size()[1] + y - 1];
     const std::uint64_t* row = solid_.row(y, z);
-    // Runs start and end where a bit differs from the previous one.
+    // A run starts or ends where a bit differs from the previous one.
     std::uint32_t x = 1;
     const std::uint32_t end = solid_.size()[0] + 1;
     // Finds the position of the next bit with this value, from x on; the end of the row if there is
@@ -271,23 +271,24 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   solid.for_rows(
       [&](std::size_t y, std::size_t z) { std::copy_n(line(y, z), words, solid.row(y, z)); });
   if (gap != 0) dilate(solid, gap, mask);
-  BitVolume reached(size, words);
+  BitVolume reached_voxels(size, words);
   {
     OutsideRegions outside_regions(solid, name);
     const std::vector<char> open = outside_regions.open_runs();
-    reached.for_rows([&](std::size_t y, std::size_t z) {
+    reached_voxels.for_rows([&](std::size_t y, std::size_t z) {
       const std::size_t row = (z - 1) * size[1] + y - 1;
       for (std::uint32_t i = outside_regions.first_run(row); i < outside_regions.first_run(row + 1);
            ++i) {
         if (open[i] != 0)
-          set_bits(reached.row(y, z), outside_regions.run(i).first, outside_regions.run(i).last);
+          set_bits(reached_voxels.row(y, z), outside_regions.run(i).first,
+                   outside_regions.run(i).last);
       }
     });
   }
-  if (gap != 0) dilate(reached, gap, mask);
+  if (gap != 0) dilate(reached_voxels, gap, mask);
   std::atomic<std::uint64_t> filled_voxels = 0;
-  reached.for_rows([&](std::size_t y, std::size_t z) {
-    const std::uint64_t* from = reached.row(y, z);
+  reached_voxels.for_rows([&](std::size_t y, std::size_t z) {
+    const std::uint64_t* from = reached_voxels.row(y, z);
     std::uint64_t* to = line(y, z);
     std::uint64_t count = 0;
     for (std::size_t w = 0; w < words; ++w) {

@@ -50,19 +50,19 @@ EdgePartition trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
   }
   for (std::uint32_t index = 0; index < 6; ++index) {
     const Face f = face(index);
-    const auto inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
+    const auto is_corner_inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
     if (is_ambiguous(f, signs)) {
       // The two lines on an ambiguous face separate the two corners inside of the solid from each
       // other, or if the face is flipped, the two corners outside.
       const std::uint32_t separated_state = index == flipped ? 0 : 1;
       for (std::size_t k = 0; k < 4; ++k) {
-        if (inside(k) == separated_state) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
+        if (is_corner_inside(k) == separated_state) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
       }
       continue;
     }
     std::uint32_t first = 12;
     for (std::size_t k = 0; k < 4; ++k) {
-      if (inside(k) == inside((k + 1) % 4)) continue;
+      if (is_corner_inside(k) == is_corner_inside((k + 1) % 4)) continue;
       if (first == 12) {
         first = f.edges[k];
       } else {

@@ -15,7 +15,7 @@ namespace kiln {
 class SheetTable {
  public:
   static constexpr std::uint32_t kNoFace = 6;
-  // Number of choices for the flipped face: one of six faces, or none
+  // Number of choices for the flipped face: six faces, or none
   static constexpr std::uint32_t kFlipChoices = 7;
 
   static const SheetTable& get();

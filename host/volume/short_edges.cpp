@@ -11,7 +11,7 @@ constexpr std::uint32_t kNoCorner = 0xFFFFFFFF;
 
 std::size_t count_sides(const PolygonCorners& p) { return p[3] == kNoCorner ? 3 : 4; }
 
-bool has(const PolygonCorners& p, std::uint32_t vertex) {
+bool has_corner(const PolygonCorners& p, std::uint32_t vertex) {
   return std::find(p.begin(), p.end(), vertex) != p.end();
 }
 
@@ -50,7 +50,7 @@ class ZeroEdgeCollapser {
     const std::vector<std::uint32_t>& at_b = polygons_around_.at(b);
     std::vector<std::uint32_t> shared_polygons, apexes, near_a, near_b, common;
     for (const std::uint32_t i : at_a) {
-      if (has(polygons_[i], b)) shared_polygons.push_back(i);
+      if (has_corner(polygons_[i], b)) shared_polygons.push_back(i);
     }
     if (shared_polygons.size() != 2) return false;
     for (const std::uint32_t i : shared_polygons) {
@@ -175,8 +175,8 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   std::erase_if(polygons, [](const PolygonCorners& p) { return p[0] == kNoCorner; });
   for (const auto& [first, second] : edges) {
     for (const std::uint32_t vertex : {first, second}) {
-      const std::uint32_t stands = collapser.find_representative(vertex);
-      if (stands != vertex) result.emplace_back(vertex, stands);
+      const std::uint32_t representative_vertex = collapser.find_representative(vertex);
+      if (representative_vertex != vertex) result.emplace_back(vertex, representative_vertex);
     }
   }
   std::sort(result.begin(), result.end());

@@ -1,4 +1,4 @@
-// Removal of zero-length edges where this keeps the topology.
+// Removes zero-length edges where the topology stays the same.
 #pragma once
 
 #include <array>

@@ -79,7 +79,8 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const FineEdge& edge = surface.edges[i];
-      float first = -1, second = -1;  // Without a quad, both triangles count as lost at any limit
+      // If an edge has no quad, both triangles count as lost at any limit
+      float first = -1, second = -1;
       if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
         first = second = kNoLimit;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -293,16 +294,16 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
                                          const Volume& volume, const IsosurfaceOptions& options) {
   const std::uint32_t leaves = tree.leaves();
   SimplifiedIsosurface low_poly;
-  const std::vector<std::uint8_t> small = find_small_parts(tree, options.min_part, low_poly);
+  const std::vector<std::uint8_t> is_small = find_small_parts(tree, options.min_part, low_poly);
   const std::vector<float> limits = find_merge_limits(tree, options.keep_topology);
   low_poly.aimed_faces = options.faces;
   if (options.faces == 0 && options.share < 1) {
-    const double initial_faces = 2 * static_cast<double>(count_remaining_quads(surface, small));
+    const double initial_faces = 2 * static_cast<double>(count_remaining_quads(surface, is_small));
     low_poly.aimed_faces = static_cast<std::uint64_t>(std::ceil(initial_faces * options.share));
   }
   float limit = static_cast<float>(options.error);
   if (low_poly.aimed_faces != 0) {
-    const float min_limit = limit_for_faces(surface, tree, small, limits,
+    const float min_limit = limit_for_faces(surface, tree, is_small, limits,
                                             static_cast<std::size_t>(low_poly.aimed_faces));
     limit = options.faces != 0 ? min_limit : std::max(limit, min_limit);
   }
@@ -333,7 +334,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
       const std::size_t last = std::min(surface.edges.size(), (part + 1) * kEdgesPerPart);
       for (std::size_t i = part * kEdgesPerPart; i < last; ++i) {
         const FineEdge& edge = surface.edges[i];
-        if (!edge.is_quad() || (!small.empty() && small[edge.vertices[0]] != 0)) continue;
+        if (!edge.is_quad() || (!is_small.empty() && is_small[edge.vertices[0]] != 0)) continue;
         SimplifiedIsosurface::Polygon polygon{{kNone, kNone, kNone, kNone}};
         std::size_t corners = 0;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -409,7 +410,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     std::vector<PolygonCorners> polygons;
     for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons)
       polygons.push_back(polygon.corners);
-    low_poly.fine_pieces = count_fine_pieces(surface, small);
+    low_poly.fine_pieces = count_fine_pieces(surface, is_small);
     low_poly.pieces = count_pieces(polygons, count, {});
   }
   choose_diagonals(low_poly);

@@ -11,8 +11,8 @@ namespace kiln {
 
 struct SimplifiedIsosurface {
   struct Polygon {
-    /// Corners counter-clockwise as seen from outside. Quads are split along the diagonal from
-    /// corner 0 to 2; the last corner of a triangle is kNone.
+    /// Corners in counter-clockwise order as seen from outside. A quad is split along the diagonal
+    /// from corner 0 to corner 2; the last corner of a triangle is kNone.
     std::array<std::uint32_t, 4> corners;
     bool is_quad() const { return corners[3] != VertexTree::kNone; }
   };

@@ -44,9 +44,11 @@ bool is_one_sheet(const ClusterTopology& topology) {
   if (topology.doubled_euler != 2 || topology.crossed_repeatedly != 0) return false;
   int ends = 0;
   for (std::size_t face = 0; face < kFaceEdges.size(); ++face) {
-    const int met = std::popcount(static_cast<std::uint16_t>(topology.crossed & kFaceEdges[face]));
+    const int crossed_edge_count =
+        std::popcount(static_cast<std::uint16_t>(topology.crossed & kFaceEdges[face]));
     // A line on a face connects two of the face's crossings, or a crossing with the open border.
-    if (met + topology.border_line_ends[face] != 0 && met + topology.border_line_ends[face] != 2)
+    if (crossed_edge_count + topology.border_line_ends[face] != 0 &&
+        crossed_edge_count + topology.border_line_ends[face] != 2)
       return false;
     ends += topology.border_line_ends[face];
   }
@@ -172,10 +174,10 @@ std::vector<std::uint32_t> find_border_line_ends(const FineSurface& surface) {
     border_line_ends.push_back({key(a, b), i});
     ends[a] = ends[b] = 1;
   }
-  const auto before = [](const BorderLineEnd& a, const BorderLineEnd& b) {
+  const auto is_before = [](const BorderLineEnd& a, const BorderLineEnd& b) {
     return a.cells < b.cells;
   };
-  std::stable_sort(border_line_ends.begin(), border_line_ends.end(), before);
+  std::stable_sort(border_line_ends.begin(), border_line_ends.end(), is_before);
   std::vector<std::uint8_t> is_polygon_side(border_line_ends.size(), 0);
   for (const FineEdge& edge : surface.edges) {
     if (!edge.is_quad()) continue;
@@ -183,7 +185,7 @@ std::vector<std::uint32_t> find_border_line_ends(const FineSurface& surface) {
       const std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
       if (ends[a] == 0 || ends[b] == 0) continue;
       const auto [first, last] = std::equal_range(border_line_ends.begin(), border_line_ends.end(),
-                                                  BorderLineEnd{key(a, b), 0}, before);
+                                                  BorderLineEnd{key(a, b), 0}, is_before);
       for (auto at = first; at != last; ++at)
         is_polygon_side[static_cast<std::size_t>(at - border_line_ends.begin())] = 1;
     }
@@ -372,10 +374,10 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
 
     // Sorts the children by cluster with a stable sort, so that the order of sums does not depend
     // on the number of threads.
-    const std::uint32_t fresh = count() - first;
-    std::vector<std::uint32_t> begins(fresh + 1), children(growing_children.size());
+    const std::uint32_t new_cluster_count = count() - first;
+    std::vector<std::uint32_t> begins(new_cluster_count + 1), children(growing_children.size());
     for (const GrowingChild& child : growing_children) ++begins[parents_[child.node] - first + 1];
-    for (std::uint32_t i = 0; i < fresh; ++i) begins[i + 1] += begins[i];
+    for (std::uint32_t i = 0; i < new_cluster_count; ++i) begins[i + 1] += begins[i];
     {
       std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
       for (const GrowingChild& child : growing_children)
@@ -383,7 +385,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     }
     clusters_.resize(count() - leaves_);
     if (open) border_sums.resize(count());
-    parallel_for(fresh, 256, [&](std::size_t begin, std::size_t end) {
+    parallel_for(new_cluster_count, 256, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Cluster& cluster = clusters_[first - leaves_ + i];
         cluster = {};

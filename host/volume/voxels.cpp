@@ -45,12 +45,12 @@ FiniteRange find_finite_range(const Volume& volume) {
     std::mutex mutex;
     parallel_for(voxel_count(volume), kVoxelsPerTask, [&](std::size_t begin, std::size_t end) {
       T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
-      std::uint64_t bad = 0, infinite_count = 0, minus_infinite_count = 0;
+      std::uint64_t not_finite_count = 0, infinite_count = 0, minus_infinite_count = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const T value = voxels[i];
         if constexpr (std::is_floating_point_v<T>) {
           const bool is_exact = std::abs(value) <= std::numeric_limits<T>::max();
-          bad += is_exact ? 0 : 1;
+          not_finite_count += is_exact ? 0 : 1;
           infinite_count += value > std::numeric_limits<T>::max() ? 1 : 0;
           minus_infinite_count += value < std::numeric_limits<T>::lowest() ? 1 : 0;
           low = is_exact && value < low ? value : low;
@@ -60,12 +60,12 @@ FiniteRange find_finite_range(const Volume& volume) {
           high = std::max(high, value);
         }
       }
-      if (bad == end - begin) low = high = 0;  // All voxels of this range are non-finite
+      if (not_finite_count == end - begin) low = high = 0;  // No voxel of this range is finite
       const std::lock_guard lock(mutex);
-      finite_range.not_finite += bad;
+      finite_range.not_finite += not_finite_count;
       finite_range.infinite_count += infinite_count;
       finite_range.minus_infinite_count += minus_infinite_count;
-      if (bad == end - begin) return;
+      if (not_finite_count == end - begin) return;
       finite_range.lowest = std::min(finite_range.lowest, static_cast<double>(low));
       finite_range.highest = std::max(finite_range.highest, static_cast<double>(high));
     });
@@ -151,7 +151,8 @@ DeviceVoxels convert_voxels(const Volume& volume, const ContourOptions& options,
     highest = finite_range.highest;
   }
   result.not_finite = finite_range.not_finite;
-  double outside = options.inside == Inside::above ? finite_range.lowest : finite_range.highest;
+  double outside_value =
+      options.inside == Inside::above ? finite_range.lowest : finite_range.highest;
   // Infinite voxels inside the solid get the value of the deepest finite voxel inside. If no finite
   // voxel is inside, they get the mirror image, at the iso value, of the farthest value outside.
   const bool is_solid_above = options.inside == Inside::above;
@@ -160,7 +161,7 @@ DeviceVoxels convert_voxels(const Volume& volume, const ContourOptions& options,
   if (has_infinity_inside) {
     const double farthest = is_solid_above ? finite_range.highest : finite_range.lowest;
     const bool has_finite_inside = is_solid_above ? farthest > options.iso : farthest < options.iso;
-    result.infinity_value = has_finite_inside ? farthest : 2 * options.iso - outside;
+    result.infinity_value = has_finite_inside ? farthest : 2 * options.iso - outside_value;
   }
   if (has_infinity_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
     // Voxels are stored as differences to the iso value, so that single precision loses no digits
@@ -201,9 +202,9 @@ DeviceVoxels convert_voxels(const Volume& volume, const ContourOptions& options,
     result.data = reinterpret_cast<const std::byte*>(result.converted.data());
     result.type = VoxelType::f32;
     result.iso = 0;
-    outside = relative(outside);
+    outside_value = relative(outside_value);
   }
-  result.outside = std::isfinite(outside) ? static_cast<float>(outside) : 0.0F;
+  result.outside = std::isfinite(outside_value) ? static_cast<float>(outside_value) : 0.0F;
   return result;
 }
 

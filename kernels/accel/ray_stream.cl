@@ -70,8 +70,8 @@ static inline void ray_stream_store_one(const stream_hits* hits, uint i, global 
   ray_store(index, params, &ray, &hit, results->triangle, results->barycentric, results->distance, results->status);
 }
 
-/// Casts `count` rays of one bin: samples first + order[0], ...; with 64 of them, `is_run` says that they follow each
-/// other. Rays of bin STREAM_BINS miss.
+/// Casts `count` rays of one bin: samples first + order[0], ...; if there are 64, `is_run` says whether they are
+/// consecutive samples. Rays of bin STREAM_BINS miss.
 static KILN_CALL void ray_stream_cast(const kiln_ray_params params, global const kiln_bvh_node* nodes,
                                       global const kiln_bvh_block* blocks, global const float* points, uint bin,
                                       const ushort* order, uint first, uint count, bool is_run,

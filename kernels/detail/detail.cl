@@ -80,9 +80,9 @@ static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_param
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
                         normal_indices, normals);
   const lanes_uint triangle = lanes_load_uint(other_triangle, at);
-  const lanes_int both = triangle != (lanes_uint)(KILN_NO_TRIANGLE);
+  const lanes_int is_blended = triangle != (lanes_uint)(KILN_NO_TRIANGLE);
   lanes3 normal = group.normal;
-  if (lanes_any(both)) {
+  if (lanes_any(is_blended)) {
     const lanes_float u = lanes_load(other_barycentric, at);
     const lanes_float v = lanes_load(other_barycentric + other_capacity, at);
     const lanes3 other =
@@ -93,7 +93,7 @@ static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_param
     mixed.x = normal.x * share + other.x * other_share;
     mixed.y = normal.y * share + other.y * other_share;
     mixed.z = normal.z * share + other.z * other_share;
-    normal = lanes3_select(both, detail_normalize(mixed, normal), normal);
+    normal = lanes3_select(is_blended, detail_normalize(mixed, normal), normal);
   }
   detail_store(detail_to_map(params, group.low, normal), at, params.out_capacity, result);
 }

@@ -40,11 +40,11 @@ kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
   const uint view = i / (size * tiles);
   const uint y = i / tiles % size;
   const uint first = keys_index(views[view].first, size, i % tiles * KILN_RASTER_TILE, y);
-  const bool any = drawn[first / KILN_RASTER_TILE_PIXELS] != 0;
+  const bool is_tile_drawn = drawn[first / KILN_RASTER_TILE_PIXELS] != 0;
   global float* to = depths + (size_t)i * KILN_RASTER_TILE;
   for (uint x = 0; x < KILN_RASTER_TILE; x += 8) {
     float8 depth = (float8)(KILN_VISIBILITY_FAR);
-    if (any) {
+    if (is_tile_drawn) {
       const ulong8 key = vload8(0, keys + first + x);
       const float8 shown = as_float8(convert_uint8(key >> 32));
       depth = select(shown, depth, convert_uint8(key >> 32) == (uint8)(0xFFFFFFFFu));

@@ -231,10 +231,10 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
       if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best_score)) continue;
       float x, y;
       if (!views_project_sample(view, &sample, cosine, &params, &x, &y)) continue;
-      const float ahead = views_depth_difference(view, &sample, x, y, keys, drawn);
-      const float difference = fabs(ahead);
+      const float signed_difference = views_depth_difference(view, &sample, x, y, keys, drawn);
+      const float difference = fabs(signed_difference);
       if (!(difference <= params.max_distance)) continue;
-      float along = cosine * ahead;
+      float along = cosine * signed_difference;
       float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
       if (params.criterion == KILN_VIEWS_DISTANCE) {
         views_point line_point;

@@ -5,19 +5,19 @@
 // section 3.3: the mesh is drawn from many directions all around, and for each point the directions that
 // see it are summed. A direction is weighted by its cosine to the face, as counting pixels does.
 //
-// kernel                            global         local  memory traffic an item
-// kiln_visibility_depths            pixels         64     reads 8 B, writes 4 B
-// kiln_visibility_prepare           samples        64     reads 16 B + 12 B (gathered), writes 24 B
-// kiln_visibility_texels            samples / 64   64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
-//                                                         writes 16 B
-// kiln_visibility_aim               samples        64     reads 12 B, writes 12 B
-// kiln_visibility_add               samples        64     reads 29 B, writes 16 B
-// kiln_visibility_corners           triangles      64     8 B a pixel of its box in each view; writes 48 B
-// kiln_visibility_scatter           samples        64     reads 24 B, writes 20 B
-// kiln_visibility_smooth            pixels         64     reads 144 B (mostly shared), writes 16 B
-// kiln_visibility_smooth_seams      border pixels  64     reads 36 B + 144 B (gathered), writes 16 B
-// kiln_visibility_write_directions  texels         64     a sample: reads 36 B + field, writes 28 B
-// kiln_visibility_write_means       texels         64     a sample: reads 16 B + field, writes 12 B
+// kernel                              global         local  memory traffic an item
+// kiln_visibility_depths              pixels         64     reads 8 B, writes 4 B
+// kiln_visibility_prepare             samples        64     reads 16 B + 12 B (gathered), writes 24 B
+// kiln_visibility_texels              samples / 64   64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
+//                                                           writes 16 B
+// kiln_visibility_set_ray_directions  samples        64     reads 12 B, writes 12 B
+// kiln_visibility_add                 samples        64     reads 29 B, writes 16 B
+// kiln_visibility_corners             triangles      64     8 B a pixel of its box in each view; writes 48 B
+// kiln_visibility_scatter             samples        64     reads 24 B, writes 20 B
+// kiln_visibility_smooth              pixels         64     reads 144 B (mostly shared), writes 16 B
+// kiln_visibility_smooth_seams        border pixels  64     reads 36 B + 144 B (gathered), writes 16 B
+// kiln_visibility_write_directions    texels         64     a sample: reads 36 B + field, writes 28 B
+// kiln_visibility_write_means         texels         64     a sample: reads 16 B + field, writes 12 B
 //
 // Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels handles one sample per item: for GPUs
 //          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also store the set of directions that
@@ -147,10 +147,10 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
 
 /// Sets samples' directions towards a view, for rays; samples on faces turned away get no
 /// direction, and so no ray.
-kernel void kiln_visibility_aim(const kiln_visibility_params params,
-                                global const kiln_view* restrict views, const uint view,
-                                global const float* restrict prepared,
-                                global float* restrict rays) {
+kernel void kiln_visibility_set_ray_directions(const kiln_visibility_params params,
+                                               global const kiln_view* restrict views, const uint view,
+                                               global const float* restrict prepared,
+                                               global float* restrict rays) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
@@ -338,11 +338,11 @@ kernel void kiln_visibility_write_directions(
     const float3 given =
         (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
     float3 direction = given;
-    const float common = sqrt(dot3(mean, mean));
-    if (common > 1e-4f) {
-      direction = mean / common;
+    const float mean_length = sqrt(dot3(mean, mean));
+    if (mean_length > 1e-4f) {
+      direction = mean / mean_length;
       if (params.hybrid != 0) {
-        const float deviation = sqrt(max(0.0f, 1.0f - common * common));
+        const float deviation = sqrt(max(0.0f, 1.0f - mean_length * mean_length));
         direction = direction * (1.0f - deviation) + given * deviation;
       }
       const float3 normal = vload3(own, normals);

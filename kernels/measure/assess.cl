@@ -6,10 +6,10 @@
 // viewer would see, and distances are summed. One work-item owns a sample's sums, in the directions'
 // order.
 //
-// kernel               global   local  memory traffic an item
-// kiln_assess_aim      samples  64     reads 12 B, writes 12 B
-// kiln_assess_gather   samples  64     reads 25 B, updates 12 B, writes 12 B
-// kiln_assess_compare  samples  64     reads 44 B + 12 B (gathered), updates 12 B
+// kernel                          global   local  memory traffic an item
+// kiln_assess_set_ray_directions  samples  64     reads 12 B, writes 12 B
+// kiln_assess_gather              samples  64     reads 25 B, updates 12 B, writes 12 B
+// kiln_assess_compare             samples  64     reads 44 B + 12 B (gathered), updates 12 B
 //
 // Strengths: no picture is stored, so there is no pixel size to choose. Limits: two rays for every sample
 // and direction.
@@ -31,8 +31,9 @@ static inline void assess_add(global float* sums, size_t i, size_t plane, float 
 
 /// Writes the samples' directions (planes 3 to 5 of `points`): towards the viewer, or 0 (no ray) if the face is turned
 /// away.
-kernel void kiln_assess_aim(const kiln_assess_params params, global const float* restrict normals,
-                            global float* restrict points) {
+kernel void kiln_assess_set_ray_directions(const kiln_assess_params params,
+                                           global const float* restrict normals,
+                                           global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;

@@ -1,4 +1,4 @@
-// Structs of the ao_denoiser family, which smooths ambient occlusion over the surface.
+// Structs of the ao_denoiser family: smoothing of ambient occlusion over the surface.
 #ifndef KILN_SHARED_SHARE_FILTER_H
 #define KILN_SHARED_SHARE_FILTER_H
 

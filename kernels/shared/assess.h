@@ -18,11 +18,13 @@ KILN_CHECK_SIZE(kiln_assess_params, 32);
 #define KILN_ASSESS_SEEN 0
 /// Sum of cosine times the matched point's distance to the ray
 #define KILN_ASSESS_ACROSS 1
-#define KILN_ASSESS_ACROSS_SQUARE 2  ///< Sum of cosine times its square
+/// Sum of cosine times the square of the matched point's distance to the ray
+#define KILN_ASSESS_ACROSS_SQUARE 2
 #define KILN_ASSESS_MET 3    ///< Sum of cosines over rays that hit a front face of the high poly
-/// Sum of cosine times the distance from the matched point to that hit
+/// Sum of cosine times the distance from the matched point to the ray's hit on the high poly
 #define KILN_ASSESS_APART 4
-#define KILN_ASSESS_APART_SQUARE 5  ///< Sum of cosine times its square
+/// Sum of cosine times the square of that distance
+#define KILN_ASSESS_APART_SQUARE 5
 #define KILN_ASSESS_SUMS 6
 
 #endif

@@ -24,7 +24,7 @@ KILN_CHECK_SIZE(kiln_low_shading, 128);
 typedef struct kiln_detail_params {
   kiln_uint count;          // number of samples
   kiln_uint low_capacity;   // elements per component plane of the samples' barycentrics
-  kiln_uint hit_capacity;   // elements per component plane of the correspondence's
+  kiln_uint hit_capacity;   // elements per component plane of the correspondence's barycentrics
   kiln_uint out_capacity;   // elements per component plane of the result
   kiln_int space;           // KILN_SPACE_*
   kiln_float y_scale;       // 1: green points up; -1: down

@@ -13,7 +13,7 @@ enum kiln_sample_status {
   KILN_STATUS_MISS = 4,     ///< No point within the distance
   KILN_STATUS_VIEW = 5,     ///< Seen in a depth view
   KILN_STATUS_CLOSEST = 6,  ///< Nearest point
-  KILN_STATUS_UV = 7,       ///< Point with the same UV
+  KILN_STATUS_UV = 7,       ///< Point of the high poly with the same UV
   KILN_STATUS_OUTERMOST = 8,  ///< Ray outward that passed through a nearer face
   KILN_STATUS_COUNT = 9
 };

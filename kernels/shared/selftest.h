@@ -12,7 +12,7 @@
 #define KILN_SELFTEST_FMA 1         ///< Float fused multiply-add
 #define KILN_SELFTEST_DIVISION 2    ///< Float division and square root
 #define KILN_SELFTEST_ROUNDING 3    ///< min, max, clamp, fabs, floor, rint, copysign
-#define KILN_SELFTEST_SELECT 4      ///< Comparisons and selects
+#define KILN_SELFTEST_SELECT 4      ///< Comparisons, and selection by masks
 #define KILN_SELFTEST_CONVERT 5     ///< Conversions between float, int, short and uchar
 #define KILN_SELFTEST_INTEGER 6     ///< 32 bits: products, shifts, bit counts
 #define KILN_SELFTEST_LONG 7        ///< 64 bits: the edge functions of texels

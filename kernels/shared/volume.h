@@ -84,7 +84,7 @@ KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 typedef struct kiln_volume_chart {
   /// Per triangle: affine functions that give the weights of its 2nd and 3rd corner at a point (x, y, z, 1)
   kiln_float project[2][2][4];
-  /// The same weights as affine functions of a texel (x, y, 1)
+  /// Per triangle: affine functions that give the same two weights at a texel (x, y, 1)
   kiln_float weights[2][2][3];
   kiln_float texel[4][2];       ///< Texels of the corners
   kiln_float normal[2][3];      ///< Unit normals of the triangles

@@ -50,8 +50,8 @@ static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params pa
   for (uint entry = block.list_begin; entry < block.list_end; ++entry) {
     const uint id = lists[entry];
     global const kiln_texel_piece* piece = pieces + id;
-    // A sample is inside if E >= 0, or if E > 0 for open edges. E is computed without the low bits that are equal for
-    // all samples.
+    // A sample is inside if E >= 0, or if E > 0 for open edges. E is computed without its lowest bits, which are equal
+    // for all samples.
     const long a0 = piece->a[0], a1 = piece->a[1], a2 = piece->a[2];
     const long b0 = piece->b[0], b1 = piece->b[1], b2 = piece->b[2];
     const uint open = ~piece->closed;

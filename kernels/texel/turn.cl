@@ -67,15 +67,15 @@ kernel void kiln_texel_blend_directions(const uint count,
     }
     s = min(s, sqrt(distance) / edge[6]);
   }
-  float averaged = max(0.0f, 1.0f - s * s * (3.0f - 2.0f * s));
+  float averaged_weight = max(0.0f, 1.0f - s * s * (3.0f - 2.0f * s));
   if (painted != 0) {
-    averaged = 1.0f - fma(v, weights[3 * t + 2], fma(u, weights[3 * t + 1], w * weights[3 * t]));
+    averaged_weight = 1.0f - fma(v, weights[3 * t + 2], fma(u, weights[3 * t + 1], w * weights[3 * t]));
   }
-  const float scale = (1.0f - averaged) / sqrt(squared);
+  const float scale = (1.0f - averaged_weight) / sqrt(squared);
   float d[3];
   float length = 0.0f;
   for (int axis = 0; axis < 3; ++axis) {
-    d[axis] = fma(averaged, points[(3 + axis) * plane + i], scale * own[axis]);
+    d[axis] = fma(averaged_weight, points[(3 + axis) * plane + i], scale * own[axis]);
     length = fma(d[axis], d[axis], length);
   }
   if (!(length > 1e-12f)) return;

@@ -106,7 +106,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
     const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
     const float3 along_edge = inside != 0 ? direction : -direction;
     if (volume_is_inside(&grid, fa) == volume_is_inside(&grid, fb)) {
-      // Both ends are outside the solid: the edge crosses the surface that closes a gap.
+      // Both ends of the edge are outside the solid: the edge crosses the surface that closes a gap.
       t = 0.5f;
       normal = along_edge;
     } else {

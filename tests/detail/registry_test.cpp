@@ -21,7 +21,7 @@ std::string names_of(const Has& has) {
 }
 
 TEST(MapRows, StateWhatAMapReads) {
-  EXPECT_EQ(names_of([](const MapRow& row) { return row.streams; }),
+  EXPECT_EQ(names_of([](const MapRow& row) { return row.supports_streaming; }),
             "normal mask height displacement distance provenance wireframe position slope "
             "color vertex_color normal_object normal_face");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.reads_around; }),
@@ -30,11 +30,12 @@ TEST(MapRows, StateWhatAMapReads) {
   EXPECT_EQ(names_of([](const MapRow& row) { return !row.follows_positions; }),
             "normal mask uv slope vertex_color normal_object normal_face");
   // What reads around a point cannot do with the matched triangles alone.
-  EXPECT_EQ(names_of([](const MapRow& row) { return row.streams && row.reads_around; }), "");
+  EXPECT_EQ(names_of([](const MapRow& row) { return row.supports_streaming && row.reads_around; }),
+            "");
 }
 
 TEST(MapRows, StateWhatValuesAre) {
-  EXPECT_EQ(names_of([](const MapRow& row) { return row.shades; }), "normal");
+  EXPECT_EQ(names_of([](const MapRow& row) { return row.is_shading_normal; }), "normal");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.weights; }), "opacity");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.weighted; }), "color");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.depends_on_texel_size; }), "wireframe");

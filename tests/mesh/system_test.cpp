@@ -260,8 +260,8 @@ TEST_F(System, FactsAreOfTheFile) {
 }
 
 TEST_F(System, ProcessesAreKnown) {
-  EXPECT_FALSE(os::is_gone(os::process_id()));
-  EXPECT_TRUE(os::is_gone(999999999));
+  EXPECT_FALSE(os::has_process_ended(os::process_id()));
+  EXPECT_TRUE(os::has_process_ended(999999999));
   EXPECT_EQ(os::process_namespace_id().size(), 16U);
   EXPECT_EQ(os::process_namespace_id().find_first_not_of("0123456789abcdef"), std::string::npos);
   EXPECT_FALSE(os::own_arguments().empty());

@@ -20,7 +20,7 @@ ChartMask random_mask(std::mt19937& random, std::uint32_t most) {
     mask.runs.push_back({row, std::min(a, b), std::max(a, b)});
     if (std::max(a, b) + 2 < mask.width) mask.runs.push_back({row, mask.width - 1, mask.width - 1});
   }
-  mask.arrange();
+  mask.sort_runs();
   return mask;
 }
 

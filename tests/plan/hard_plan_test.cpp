@@ -77,9 +77,9 @@ TEST(LowPolyPlan, BoundsHowFarOutlinesDiffer) {
   options.max_error = 20;
   options.screen = 300;
   const LowPolyPlan any = plan_low_poly(source, high, options);
-  const HighPolyView shown = shown_from(impl_of(source), 300, spread_views(40));
+  const HighPolyView shown = make_high_poly_view(impl_of(source), 300, spread_views(40));
   const auto differs = [&](const LowPolyPlan& plan) {
-    const NormalProbe probe(impl_of(source), with_any_uvs(plan.low), shown);
+    const NormalProbe probe(impl_of(source), add_placeholder_uvs(plan.low), shown);
     return probe.without_map().one_sided_share;
   };
   std::uint64_t faces = any.chosen.faces;

@@ -275,7 +275,7 @@ TEST(LowPolyPlan, SizesOnScreenAreThoseOfTheMesh) {
     EXPECT_NEAR(low + high, 0, 1e-5) << "in the middle";
     return high - low;
   };
-  const HighPolyView shown = shown_from(impl_of(source), 50, plan_directions());
+  const HighPolyView shown = make_high_poly_view(impl_of(source), 50, plan_directions());
   ASSERT_EQ(shown.pictures.size(), kPlanViews);
   for (const Picture& picture : shown.pictures) {
     const double wide = std::max(extent(picture, picture.right), extent(picture, picture.up));
@@ -289,9 +289,9 @@ TEST(LowPolyPlan, TellsHowFarOutlinesDiffer) {
   const Source source(*test::device(), test::icosphere(5));
   // With a size on screen and without.
   for (const std::uint32_t screen : {0U, 50U}) {
-    const HighPolyView shown = shown_from(impl_of(source), screen, plan_directions());
+    const HighPolyView shown = make_high_poly_view(impl_of(source), screen, plan_directions());
     const auto share = [&](double radius) {
-      const Mesh low = with_any_uvs(test::icosphere(5, radius));
+      const Mesh low = add_placeholder_uvs(test::icosphere(5, radius));
       const NormalError error = NormalProbe(impl_of(source), low, shown).without_map();
       EXPECT_GE(error.standard_error_degrees, 0);
       return error.one_sided_share;

@@ -152,9 +152,9 @@ bool retry_in_child(int& exit_code) {
   const bool has_folder = !folder.empty();
   os::SplitEnd end;
   if (has_folder && os::find_unsafe_level(folder).empty()) end = os::split_process();
-  if (end.kind == os::SplitEnd::Kind::copy) {
+  if (end.kind == os::SplitEnd::Kind::child) {
     os::set_environment_variable("POCL_CACHE_DIR", folder.string().c_str());
-    // This cache is removed after the run, so binaries of kernels need not be kept.
+    // This cache is removed after the run, so storing binaries of kernels in it would be useless.
     os::set_environment_variable("KILN_KEEP_BINARIES", "0");
     return false;
   }

@@ -108,7 +108,8 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
     return static_cast<int>(ErrorCode::output);
   }
   os::prepare_streams();
-  // PoCL would install a process-wide handler for arithmetic traps, which a library must not decide.
+  // Otherwise PoCL would install a process-wide handler for arithmetic traps, which a library must
+  // not do.
   if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr)
     os::set_environment_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);

@@ -225,7 +225,7 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
   d["wanted"] = requested_degrees;
   d["reached"] = reached;
   job_result.low.name = source.high.mesh->name;
-  PyMesh low{shared(std::move(job_result.low))};
+  PyMesh low{make_shared_mesh(std::move(job_result.low))};
   low.made = std::make_shared<const SimplifyReport>(std::move(simplified));
   nb::object bake = nb::none();
   if (result) {
@@ -396,7 +396,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   if (!job_.keep_hulls && std::find(is_hull.begin(), is_hull.end(), 1) != is_hull.end()) {
     Mesh mesh_without_hulls = *low_without_hulls;
     take_collision_hulls(mesh_without_hulls, &warnings);
-    low_without_hulls = shared(std::move(mesh_without_hulls));
+    low_without_hulls = make_shared_mesh(std::move(mesh_without_hulls));
   }
   low_ = with_corrected_normals(low_without_hulls, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.mesh, &low = *low_;

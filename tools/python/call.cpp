@@ -32,9 +32,9 @@ void raise(const Error& error) {
     error_facts["parameter"] = error.option().empty()
                                    ? nb::object(nb::none())
                                    : text_of(option_as_keyword(error.option(), {}));
-    if (const auto* const of_value = dynamic_cast<const OptionError*>(&error)) {
-      error_facts["value"] = text_of(of_value->value());
-      error_facts["allowed"] = text_of(of_value->allowed());
+    if (const auto* const option_error = dynamic_cast<const OptionError*>(&error)) {
+      error_facts["value"] = text_of(option_error->value());
+      error_facts["allowed"] = text_of(option_error->allowed());
     }
     nb::list remedies;
     for (const MessagePiece& piece : remedies_of(message)) {

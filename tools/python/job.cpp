@@ -48,7 +48,7 @@ std::map<std::string, Image> sampled(const nb::object& function, const Match& ma
   position_mesh.origin = high.origin;
   position_mesh.positions = high.positions;
   position_mesh.triangles = high.triangles;
-  auto kept_places = shared(std::move(position_mesh));
+  auto kept_places = make_shared_mesh(std::move(position_mesh));
   auto found = std::make_shared<const Match>(match);
   const nb::gil_scoped_acquire locked;
   const nb::dict named_pixels = nb::cast<nb::dict>(
@@ -96,7 +96,7 @@ nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& hig
     maps.append(one);
   }
   d["maps"] = maps;
-  d["mesh"] = nb::cast(PyMesh{shared(std::move(job_result.low))});
+  d["mesh"] = nb::cast(PyMesh{make_shared_mesh(std::move(job_result.low))});
   return d;
 }
 
@@ -136,7 +136,7 @@ nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
   });
   check_cancelled(job_result.cancelled);
   warn(job_result.causes);
-  low.mesh = shared(std::move(job_result.low));
+  low.mesh = make_shared_mesh(std::move(job_result.low));
   nb::object bake = nb::none();
   if (result) bake = nb::cast(py_bake(std::move(*result), job_result.warnings, low.mesh->name));
   return nb::make_tuple(

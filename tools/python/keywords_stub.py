@@ -19,11 +19,11 @@ STUB_LINES = [
     "class Keywords(TypedDict, total=False):",
 ]
 
-# Keywords that bake() and match() declare themselves.
-OWN = {"size", "maps", "match"}
+# Keywords that bake() and match() declare by hand, which are left out here.
+DECLARED_KEYWORDS = {"size", "maps", "match"}
 
 if __name__ == "__main__":
     for name, is_flag, text in _core.keywords():
-        if name not in OWN:
+        if name not in DECLARED_KEYWORDS:
             STUB_LINES.append(f"    {name}: {'bool' if is_flag else 'Value'}")
     Path(sys.argv[1]).write_text("\n".join(STUB_LINES) + "\n")

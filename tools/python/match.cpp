@@ -17,7 +17,7 @@ constexpr std::uint32_t kNone = 0xFFFFFFFF;
 /// Interpolates values of corners of the matched triangle by barycentric coordinates, for each sample.
 /// \param corner  function of (triangle, corner, component)
 template <typename T, typename Corner>
-nb::object mixed(const PyMatch& self, const Corner& corner) {
+nb::object interpolate(const PyMatch& self, const Corner& corner) {
   const Match& match = *self.match;
   std::vector<T> values(3 * match.triangle.size(), std::numeric_limits<T>::quiet_NaN());
   const Call call;
@@ -42,13 +42,13 @@ double component(const Vec3& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? 
 
 nb::object position(const PyMatch& self) {
   const Mesh& high = *self.high.mesh;
-  return mixed<double>(self, [&](std::uint32_t t, std::size_t c, std::size_t k) {
+  return interpolate<double>(self, [&](std::uint32_t t, std::size_t c, std::size_t k) {
     return high.origin[k] + component(high.positions[high.triangles[t][c]], k);
   });
 }
 
 nb::object barycentrics(const PyMatch& self) {
-  return mixed<float>(
+  return interpolate<float>(
       self, [](std::uint32_t, std::size_t c, std::size_t k) { return c == k ? 1.0 : 0.0; });
 }
 

@@ -134,8 +134,8 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
                          static_cast<float>(p[1] - mesh.origin[1]),
                          static_cast<float>(p[2] - mesh.origin[2])};
     const Vec3& q = mesh.positions[i];
-    const bool fits = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
-    if (!fits && std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
+    const bool is_in_float_range = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
+    if (!is_in_float_range && std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
       throw Error(ErrorCode::input,
                   option("vertices") + ": row " + std::to_string(i) +
                       " exceeds the range of floats: scale the mesh down.",
@@ -173,7 +173,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   const Call call;
   if (smooth_angle.is_none()) {
     call.run([&] { validate(mesh); });
-    return {shared(std::move(mesh))};
+    return {make_shared_mesh(std::move(mesh))};
   }
   ShadingOptions shading = {.rule = ShadingRule::angle};
   const bool is_number = nb::try_cast(smooth_angle, shading.angle_degrees);
@@ -189,7 +189,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
                 "option-contradiction");
   }
   call.run([&] { shade_high(mesh, shading); });
-  return {shared(std::move(mesh))};
+  return {make_shared_mesh(std::move(mesh))};
 }
 
 /// Converts rows to an array; None if there are no rows.
@@ -343,7 +343,7 @@ PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
     }
   });
   call.run([&] { validate(mesh); });
-  PyMesh result{shared(std::move(mesh)), string_from_bytes(state[2])};
+  PyMesh result{make_shared_mesh(std::move(mesh)), string_from_bytes(state[2])};
   if (const nb::object content = state[3]; !content.is_none()) {
     const nb::bytes data = nb::cast<nb::bytes>(content);
     result.content = data;
@@ -398,7 +398,7 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   options.triangulation = *triangulation;
   options.uv_set = uv_set;
   if (!up.empty()) options.up = parse_up(up);
-  PyMesh mesh{call.run([&] { return shared(load_mesh(path, options, &warnings)); })};
+  PyMesh mesh{call.run([&] { return make_shared_mesh(load_mesh(path, options, &warnings)); })};
   mesh.file = path.string();
   warn(warnings);
   return mesh;
@@ -411,7 +411,7 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   copy.materials.assign(copy.triangles.size(), 0);
   copy.material_names = of.mesh->material_names;
   copy.material_files = of.mesh->material_files;
-  result.mesh = shared(std::move(copy));
+  result.mesh = make_shared_mesh(std::move(copy));
   result.file = of.file;
   result.content = of.content;
   result.materials = of.materials;
@@ -419,7 +419,7 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
 }
 
 /// Copies a mesh with the normals that bakes use. \param rule  a value of --high-normals
-PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
+PyMesh copy_with_bake_normals(const PyMesh& mesh, const std::string& rule) {
   const Call call;
   PyMesh result = mesh;
   if (mesh.height_field) return result;
@@ -430,7 +430,7 @@ PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
     warnings = shade_high(copy, options).warnings;
     const bool is_unchanged =
         copy.normal_triangles == mesh.mesh->normal_triangles && copy.normals == mesh.mesh->normals;
-    if (!is_unchanged) result.mesh = shared(std::move(copy));
+    if (!is_unchanged) result.mesh = make_shared_mesh(std::move(copy));
   });
   warn(warnings);
   return result;
@@ -610,7 +610,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
              "up"_a = "");
   module.def("with_material", &with_material, "mesh"_a, "of"_a);
-  module.def("shaded", &shaded, "mesh"_a, "rule"_a);
+  module.def("shaded", &copy_with_bake_normals, "mesh"_a, "rule"_a);
   module.def("load_bytes", &load_bytes, "data"_a, "name"_a, "up"_a = "", "with_nodes"_a = false);
 }
 

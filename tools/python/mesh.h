@@ -36,7 +36,7 @@ struct PyMesh {
 };
 
 /// Wraps a mesh in a shared pointer. Unlike a PyMesh, this does not need the GIL.
-inline std::shared_ptr<const Mesh> shared(Mesh mesh) {
+inline std::shared_ptr<const Mesh> make_shared_mesh(Mesh mesh) {
   return std::make_shared<const Mesh>(std::move(mesh));
 }
 

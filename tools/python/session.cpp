@@ -84,12 +84,13 @@ auto with_parameter(const char* parameter, const Function& function) {
 }
 
 /// Index of the first row that an array sets. \param first  nullopt: the array has all rows
-std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> first,
-                        std::size_t given, std::size_t all) {
-  const std::string has = "but the high poly has " + std::to_string(all);
+std::uint32_t find_first_row(const char* parameter, std::optional<std::uint32_t> first,
+                             std::size_t given, std::size_t all) {
+  const std::string row_count_text = "but the high poly has " + std::to_string(all);
   if (!first && given != all) {
     throw Error(ErrorCode::usage,
-                option(parameter) + ": " + std::to_string(given) + " rows were given, " + has +
+                option(parameter) + ": " + std::to_string(given) + " rows were given, " +
+                    row_count_text +
                     ": give all rows in the order of session.mesh, or the index of the first one "
                     "as first=.",
                 "array-shape");
@@ -97,7 +98,7 @@ std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> firs
   if (first && (*first > all || given > all - *first)) {
     throw Error(ErrorCode::usage,
                 option(parameter) + ": rows " + std::to_string(*first) + " to " +
-                    std::to_string(*first + given - 1) + " were given, " + has + ".",
+                    std::to_string(*first + given - 1) + " were given, " + row_count_text + ".",
                 "array-range");
   }
   return first.value_or(0);
@@ -144,7 +145,7 @@ class PyBakeSession {
     work_.use([&](Work& work) {
       const Mesh& high = work.session.high();
       const std::uint32_t first_vertex =
-          first_row("positions", first, rows.shape(0), high.positions.size());
+          find_first_row("positions", first, rows.shape(0), high.positions.size());
       std::vector<Vec3> positions(rows.shape(0));
       std::uint64_t moved_count = 0;
       for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -180,7 +181,7 @@ class PyBakeSession {
             "option-contradiction");
       }
       const std::uint32_t first_vertex =
-          first_row("normals", first, rows.shape(0), high.normals.size());
+          find_first_row("normals", first, rows.shape(0), high.normals.size());
       const auto* const begin = reinterpret_cast<const Vec3*>(rows.data());
       const std::vector<Vec3> normals(begin, begin + rows.shape(0));
       with_parameter("normals",
@@ -218,7 +219,7 @@ class PyBakeSession {
   PyMesh mesh() {
     return work_.use([&](Work& work) {
       PyMesh copy = high_;
-      copy.mesh = shared(Mesh(work.session.high()));
+      copy.mesh = make_shared_mesh(Mesh(work.session.high()));
       return copy;
     });
   }

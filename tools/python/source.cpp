@@ -75,7 +75,7 @@ std::shared_ptr<const Mesh> with_corrected_normals(const std::shared_ptr<const M
   Mesh corrected = *mesh;
   const std::size_t former_count = warnings.size();
   correct_normals(which, trust, corrected, warnings);
-  return warnings.size() == former_count ? mesh : shared(std::move(corrected));
+  return warnings.size() == former_count ? mesh : make_shared_mesh(std::move(corrected));
 }
 
 void add_source(nb::module_& module) {

@@ -32,7 +32,7 @@ PyMesh run_simplify(const PyMesh& high, std::uint32_t faces, double max_error, b
   options.keep_parts = keep_parts;
   options.fit_normals = fit_normals;
   SimplifyReport report;
-  PyMesh low{call.run([&] { return shared(simplify(*high.mesh, options, &report)); })};
+  PyMesh low{call.run([&] { return make_shared_mesh(simplify(*high.mesh, options, &report)); })};
   warn(report.warnings);
   nb::dict d;
   d["input_faces"] = report.input_faces;
@@ -68,7 +68,7 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
   UnwrapOptions options = unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
   if (border) options.border_texels = *border;
   UnwrapReport report;
-  PyMesh result{call.run([&] { return shared(unwrap(*mesh.mesh, options, &report)); })};
+  PyMesh result{call.run([&] { return make_shared_mesh(unwrap(*mesh.mesh, options, &report)); })};
   warn(report.warnings);
   nb::dict d;
   d["charts"] = report.charts;
@@ -102,7 +102,7 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
     sets = find_texture_sets(*low.mesh, by);
     Mesh joined = *low.mesh;
     joined.tangents = tangents_of(joined);
-    for (const TextureSet& set : sets) meshes.push_back(shared(low_of_set(joined, set)));
+    for (const TextureSet& set : sets) meshes.push_back(make_shared_mesh(low_of_set(joined, set)));
   });
   nb::list list;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
@@ -129,8 +129,8 @@ nb::tuple run_height_field(nb::handle heights, double width, double depth, doubl
     if (is_file) read = load_heights(path, &warnings);
     const HeightFieldOptions options =
         prepare_heights(is_file ? path : "heights", read, {width, depth, height}, warnings);
-    field = shared(height_field_mesh(read.image, options));
-    plane = shared(height_field_plane(read.image, options));
+    field = make_shared_mesh(height_field_mesh(read.image, options));
+    plane = make_shared_mesh(height_field_plane(read.image, options));
   });
   warn(warnings);
   PyMesh high{field};
@@ -162,7 +162,7 @@ void add_surface(nb::module_& module) {
                                      .fill_holes = fill_holes,
                                      .floater = floater,
                                      .keep_inner = keep_inner});
-          return report.warnings.empty() ? high.mesh : shared(std::move(copy));
+          return report.warnings.empty() ? high.mesh : make_shared_mesh(std::move(copy));
         });
         cleaned.mesh = std::move(mesh);
         warn(report.warnings);
@@ -174,7 +174,8 @@ void add_surface(nb::module_& module) {
       "fit_normals",
       [](const PyMesh& low, const PyMesh& high, nb::object progress) {
         const Call call(std::move(progress));
-        PyMesh fitted{call.run([&] { return shared(fit_normals(*low.mesh, *high.mesh)); })};
+        PyMesh fitted{
+            call.run([&] { return make_shared_mesh(fit_normals(*low.mesh, *high.mesh)); })};
         fitted.report = low.report;
         fitted.made = low.made;
         return fitted;

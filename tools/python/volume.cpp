@@ -43,9 +43,9 @@ PyVolume from_array(nb::handle voxels, const std::array<double, 3>& spacing,
   }
   volume.origin = origin;
   const nb::dlpack::dtype type = values.dtype();
-  const bool real = type.code == static_cast<std::uint8_t>(nb::dlpack::dtype_code::Float);
+  const bool is_float = type.code == static_cast<std::uint8_t>(nb::dlpack::dtype_code::Float);
   const bool is_signed = type.code == static_cast<std::uint8_t>(nb::dlpack::dtype_code::Int);
-  volume.type = real              ? (type.bits == 32 ? VoxelType::f32 : VoxelType::f64)
+  volume.type = is_float          ? (type.bits == 32 ? VoxelType::f32 : VoxelType::f64)
                 : type.bits == 8  ? (is_signed ? VoxelType::i8 : VoxelType::u8)
                 : type.bits == 16 ? (is_signed ? VoxelType::i16 : VoxelType::u16)
                                   : (is_signed ? VoxelType::i32 : VoxelType::u32);
@@ -78,8 +78,9 @@ PyMesh run_contour(const PyVolume& voxels, double iso, const std::string& inside
   const Call call(std::move(progress));
   const ContourOptions options = contour_options(iso, inside, border, outer);
   ContourReport report;
-  PyMesh mesh{call.run(
-      [&] { return shared(contour(device_of(device), voxels.volume, options, &report)); })};
+  PyMesh mesh{call.run([&] {
+    return make_shared_mesh(contour(device_of(device), voxels.volume, options, &report));
+  })};
   warn(report.warnings);
   return mesh;
 }
@@ -106,7 +107,7 @@ nb::tuple run_extract(const PyVolume& voxels, double iso, const std::string& ins
   std::shared_ptr<const Mesh> mesh;
   ExtractResult result = call.run([&] {
     ExtractResult result = extract(device_of(device), voxels.volume, options);
-    mesh = shared(std::move(result.mesh));
+    mesh = make_shared_mesh(std::move(result.mesh));
     return result;
   });
   warn(result.report.warnings);

@@ -41,11 +41,11 @@ rlim_t address_space() {
                                 int to) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
   std::set_terminate([] { _exit(1); });
-  const int nowhere = open("/dev/null", O_WRONLY);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // the C library's messages are discarded
+  const int null_device = open("/dev/null", O_WRONLY);
+  if (null_device >= 0) dup2(null_device, STDERR_FILENO);  // the C library's messages are discarded
   const auto limit = [](auto what, rlim_t most) {
-    const rlimit both{most, most};
-    setrlimit(what, &both);
+    const rlimit equal_limits{most, most};
+    setrlimit(what, &equal_limits);
   };
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.seconds);
@@ -70,36 +70,36 @@ rlim_t address_space() {
 
 ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string()>& work,
                       std::string& returned) {
-  int ends[2];
-  if (pipe(ends) != 0) return ChildEnd::not_run;
+  int pipe_ends[2];
+  if (pipe(pipe_ends) != 0) return ChildEnd::not_run;
   const pid_t child = fork();
-  if (child == 0) work_and_exit(limits, work, ends[1]);
-  close(ends[1]);
+  if (child == 0) work_and_exit(limits, work, pipe_ends[1]);
+  close(pipe_ends[1]);
   std::exception_ptr cancellation;
-  const auto stop = [&] {
+  const auto kill_child = [&] {
     if (child > 0) kill(child, SIGKILL);
   };
   const auto end = Clock::now() + std::chrono::seconds(kWallClockFactor * limits.seconds);
   char part[512];
   for (;;) {
-    pollfd answer_pipe{ends[0], POLLIN, 0};
+    pollfd answer_pipe{pipe_ends[0], POLLIN, 0};
     constexpr int kPollMilliseconds = 50;
     const int ready = poll(&answer_pipe, 1, kPollMilliseconds);
-    if (Clock::now() > end) stop();
+    if (Clock::now() > end) kill_child();
     if (ready == 0 || (ready < 0 && errno == EINTR)) {
       try {
         if (!cancellation) ProgressGuard::poll();
       } catch (...) {
         cancellation = std::current_exception();
-        stop();
+        kill_child();
       }
       continue;
     }
-    const ssize_t count = read(ends[0], part, sizeof part);
+    const ssize_t count = read(pipe_ends[0], part, sizeof part);
     if (count > 0) returned.append(part, static_cast<std::size_t>(count));
     if (count == 0 || (count < 0 && errno != EINTR)) break;
   }
-  close(ends[0]);
+  close(pipe_ends[0]);
   if (child < 0) return ChildEnd::not_run;
   int exit_status = 0;
   pid_t ended_process = 0;
@@ -110,9 +110,9 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
   // A program's handler may turn abort() into an exit, so any exit status other than 0 counts as a crash.
   if (ended_process != child || (WIFEXITED(exit_status) && WEXITSTATUS(exit_status) == 0))
     return ChildEnd::finished;
-  const bool slow = WIFSIGNALED(exit_status) &&
-                    (WTERMSIG(exit_status) == SIGXCPU || WTERMSIG(exit_status) == SIGKILL);
-  return slow ? ChildEnd::timed_out : ChildEnd::crashed;
+  const bool has_timed_out = WIFSIGNALED(exit_status) &&
+                             (WTERMSIG(exit_status) == SIGXCPU || WTERMSIG(exit_status) == SIGKILL);
+  return has_timed_out ? ChildEnd::timed_out : ChildEnd::crashed;
 }
 
 }  // namespace kiln

@@ -24,23 +24,23 @@ namespace fs = std::filesystem;
 
 namespace {
 
-FileStatus facts(const struct stat& status) {
-  FileStatus facts;
-  facts.id = {status.st_dev, status.st_ino};
-  facts.is_regular = S_ISREG(status.st_mode);
-  facts.is_folder = S_ISDIR(status.st_mode);
-  facts.is_owned_by_user = status.st_uid == geteuid();
-  facts.bytes = static_cast<std::uint64_t>(status.st_size);
-  facts.modified = status.st_mtime;
+FileStatus to_file_status(const struct stat& status) {
+  FileStatus result;
+  result.id = {status.st_dev, status.st_ino};
+  result.is_regular = S_ISREG(status.st_mode);
+  result.is_folder = S_ISDIR(status.st_mode);
+  result.is_owned_by_user = status.st_uid == geteuid();
+  result.bytes = static_cast<std::uint64_t>(status.st_size);
+  result.modified = status.st_mtime;
 #ifdef __linux__
   const auto nanoseconds = [](const timespec& time) {
     return std::int64_t{time.tv_sec} * 1000000000 + time.tv_nsec;
   };
-  facts.modified_ns = nanoseconds(status.st_mtim);
-  facts.changed_ns = nanoseconds(status.st_ctim);
+  result.modified_ns = nanoseconds(status.st_mtim);
+  result.changed_ns = nanoseconds(status.st_ctim);
 #endif
-  facts.permissions = status.st_mode & 07777;
-  return facts;
+  result.permissions = status.st_mode & 07777;
+  return result;
 }
 
 }  // namespace
@@ -48,17 +48,17 @@ FileStatus facts(const struct stat& status) {
 std::optional<FileStatus> query_file(const fs::path& path) noexcept {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) return std::nullopt;
-  return facts(status);
+  return to_file_status(status);
 }
 std::optional<FileStatus> query_link(const fs::path& path) noexcept {
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) return std::nullopt;
-  return facts(status);
+  return to_file_status(status);
 }
 std::optional<FileStatus> query_file(int file) noexcept {
   struct stat status {};
   if (fstat(file, &status) != 0) return std::nullopt;
-  return facts(status);
+  return to_file_status(status);
 }
 
 int open_to_read(const fs::path& path) noexcept {
@@ -106,7 +106,7 @@ std::string path_of_open_file(int file) {
 }
 
 std::FILE* stream_of(int file) noexcept { return fdopen(file, "wb"); }
-int file_of(std::FILE* stream) noexcept { return fileno(stream); }
+int descriptor_of_stream(std::FILE* stream) noexcept { return fileno(stream); }
 std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept {
   return pread(file, to, bytes, static_cast<off_t>(offset));
 }
@@ -152,7 +152,7 @@ bool remove_folder(const char* path) noexcept { return rmdir(path) == 0; }
 
 namespace {
 
-std::string first_line_of(const char* path) {
+std::string read_first_line(const char* path) {
   std::string line;
   std::ifstream file(path);
   std::getline(file, line);
@@ -168,9 +168,9 @@ std::optional<uid_t> unmapped_root_id() {
     has_entries = true;
     if (inside_id == 0) return std::nullopt;
   }
-  const std::string shown = first_line_of("/proc/sys/kernel/overflowuid");
-  if (!has_entries || shown.empty()) return std::nullopt;
-  return static_cast<uid_t>(std::strtoul(shown.c_str(), nullptr, 10));
+  const std::string unmapped_id_text = read_first_line("/proc/sys/kernel/overflowuid");
+  if (!has_entries || unmapped_id_text.empty()) return std::nullopt;
+  return static_cast<uid_t>(std::strtoul(unmapped_id_text.c_str(), nullptr, 10));
 }
 
 /// True for root's group, and for a group that has this user's name and no other member; many systems create such a
@@ -203,13 +203,13 @@ bool others_may_write(const struct stat& status) {
 fs::path find_unsafe_level(const fs::path& path) {
   constexpr int kMaxLinks = 40;  // as in Linux
   static const std::optional<uid_t> system = unmapped_root_id();
-  const auto parts_of = [](const fs::path& whole) {
+  const auto split_path = [](const fs::path& whole) {
     std::list<fs::path> path_parts(whole.begin(), whole.end());
     path_parts.remove_if([](const fs::path& part) { return part.empty() || part == "."; });
     return path_parts;
   };
   std::error_code error;
-  std::list<fs::path> remaining = parts_of(fs::absolute(path, error));
+  std::list<fs::path> remaining = split_path(fs::absolute(path, error));
   if (error) return path;
   fs::path at;
   bool others_may_create = false;        // others may create files in the folder `at`
@@ -218,8 +218,8 @@ fs::path find_unsafe_level(const fs::path& path) {
     const fs::path part = remaining.front();
     remaining.pop_front();
     if (part == "..") {
-      // an absolute target restarts at the root
-      remaining.splice(remaining.begin(), parts_of(at.parent_path()));
+      // Walks to the parent folder again, beginning at the root
+      remaining.splice(remaining.begin(), split_path(at.parent_path()));
       at.clear();
       continue;
     }
@@ -233,7 +233,8 @@ fs::path find_unsafe_level(const fs::path& path) {
     if (S_ISLNK(status.st_mode)) {
       const fs::path to = fs::read_symlink(next, error);
       if (error || ++links > kMaxLinks) return next;
-      remaining.splice(remaining.begin(), parts_of(to));
+      // If the link's target is an absolute path, the walk restarts at the root
+      remaining.splice(remaining.begin(), split_path(to));
       continue;
     }
     at = next;
@@ -249,7 +250,7 @@ void create_private_folders(const fs::path& path) noexcept {
     fs::path folder;
     for (const fs::path& part : path) {
       folder /= part;
-      // an existing folder is not an error; other errors are reported at its first use
+      // an existing folder is not an error; other errors are reported when the folder is first used
       if (mkdir(folder.c_str(), 0700) != 0) errno = 0;
     }
   } catch (const std::exception&) {
@@ -265,7 +266,7 @@ void set_environment_variable(const char* name, const char* value) noexcept {
 long process_id() noexcept { return getpid(); }
 const std::string& process_namespace_id() {
   static const std::string folder_path = [] {
-    std::string text = first_line_of("/proc/sys/kernel/random/boot_id");
+    std::string text = read_first_line("/proc/sys/kernel/random/boot_id");
     std::array<char, 256> name{};
     if (text.empty() && gethostname(name.data(), name.size() - 1) == 0) text = name.data();
     std::error_code error;
@@ -276,7 +277,7 @@ const std::string& process_namespace_id() {
   }();
   return folder_path;
 }
-bool is_gone(long process) noexcept {
+bool has_process_ended(long process) noexcept {
   return process > 0 && kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
 }
 

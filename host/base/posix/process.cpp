@@ -130,7 +130,7 @@ void restart() noexcept {
 
 SplitEnd split_process() {
   copy = fork();
-  if (copy == 0) return {SplitEnd::Kind::copy, 0};
+  if (copy == 0) return {SplitEnd::Kind::child, 0};
   if (copy < 0) return {};
   signal(SIGINT, SIG_IGN);  // a terminal sends the signal to both processes
   signal(SIGTERM, forward_signal);
@@ -138,7 +138,7 @@ SplitEnd split_process() {
   int status = 0;
   while (waitpid(copy, &status, 0) < 0 && errno == EINTR) {
   }
-  return {SplitEnd::Kind::waited, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status)};
+  return {SplitEnd::Kind::parent, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status)};
 }
 
 }  // namespace kiln::os

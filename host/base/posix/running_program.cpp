@@ -24,8 +24,8 @@ extern char** environ;
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = std::size_t{64}
-                                      << 20;  // largest size of a text of ProgramResult
+// Maximum size of each of the two texts in ProgramResult
+constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20;
 
 }  // namespace
 
@@ -66,9 +66,9 @@ struct RunningProgram::Process {
   /// True if the program has ended, even if other programs still hold its pipes open. The exit status is left for
   /// wait().
   bool has_ended() const {
-    siginfo_t ended{};
-    return waitid(P_PID, static_cast<id_t>(id), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 ||
-           ended.si_pid != 0;
+    siginfo_t exit_status{};
+    return waitid(P_PID, static_cast<id_t>(id), &exit_status, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+           exit_status.si_pid != 0;
   }
   /// Waits for the program. \returns its exit status
   int wait() {
@@ -118,8 +118,8 @@ bool RunningProgram::Process::exchange_data(std::string_view remaining, Clock::t
       if (count > 0) {
         // Further output is still read, so that the program can end, but discarded, so that it does not fill the
         // memory.
-        const std::size_t room = kMaxTextBytes - std::min(kMaxTextBytes, texts[i]->size());
-        texts[i]->append(read_buffer.data(), std::min(room, static_cast<std::size_t>(count)));
+        const std::size_t free_bytes = kMaxTextBytes - std::min(kMaxTextBytes, texts[i]->size());
+        texts[i]->append(read_buffer.data(), std::min(free_bytes, static_cast<std::size_t>(count)));
       } else if (count == 0 || errno != EINTR) {
         Pipe::close_descriptor(*ends[i]);
       }
@@ -212,16 +212,17 @@ void RunningProgram::begin(std::string input, double limit_seconds,
       });
 }
 
-bool RunningProgram::began() const { return process_->future_result.valid(); }
+bool RunningProgram::has_begun() const { return process_->future_result.valid(); }
 
 bool RunningProgram::has_begun_with_input(std::string_view input) const {
-  return began() && process_->input_bytes == input;
+  return has_begun() && process_->input_bytes == input;
 }
 
 ProgramResult RunningProgram::finish() {
   ProgramResult result = process_->future_result.get();
-  const int ended = process_->wait();
-  result.exit_code = WIFEXITED(ended) ? WEXITSTATUS(ended) : 128 + WTERMSIG(ended);
+  const int exit_status = process_->wait();
+  result.exit_code =
+      WIFEXITED(exit_status) ? WEXITSTATUS(exit_status) : 128 + WTERMSIG(exit_status);
   return result;
 }
 

@@ -21,7 +21,8 @@ void (*deadline)() = nullptr;
 extern "C" void on_alarm(int) { deadline(); }
 
 extern "C" void on_interrupt(int) {
-  if (is_interrupt_received.exchange(true)) deadline();  // a second request ends the wait
+  // A second request to end interrupts the wait
+  if (is_interrupt_received.exchange(true)) deadline();
   itimerval deadline_timer{};
   deadline_timer.it_value.tv_usec = kMaxEndMicroseconds;
   setitimer(ITIMER_REAL, &deadline_timer, nullptr);
@@ -32,9 +33,9 @@ void install_handler(int number, void (*handler)(int)) {
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
   // Signals that the parent process ignores (nohup) stay ignored.
-  struct sigaction before {};
-  if (number != SIGALRM && sigaction(number, nullptr, &before) == 0 &&
-      before.sa_handler == SIG_IGN) {
+  struct sigaction previous_action {};
+  if (number != SIGALRM && sigaction(number, nullptr, &previous_action) == 0 &&
+      previous_action.sa_handler == SIG_IGN) {
     return;
   }
   sigaction(number, &action, nullptr);
@@ -59,9 +60,10 @@ bool interrupted() noexcept { return is_interrupt_received.load(); }
 
 void catch_crashes(void (*on_crash)(int number)) noexcept {
   for (std::size_t i = 0; i < kCrashSignals.size(); ++i) {
-    struct sigaction before {};
+    struct sigaction previous_action {};
     // Existing handlers, such as a sanitizer's, are kept.
-    if (sigaction(kCrashSignals[i], nullptr, &before) != 0 || before.sa_handler != SIG_DFL)
+    if (sigaction(kCrashSignals[i], nullptr, &previous_action) != 0 ||
+        previous_action.sa_handler != SIG_DFL)
       continue;
     struct sigaction action {};
     action.sa_handler = on_crash;

@@ -91,7 +91,7 @@ void discard_pages(void* first, std::size_t bytes) noexcept {
 }
 
 void populate_pages([[maybe_unused]] void* first, [[maybe_unused]] std::size_t bytes) noexcept {
-#ifdef MADV_POPULATE_WRITE  // kernels before 5.14 refuse it
+#ifdef MADV_POPULATE_WRITE  // Linux kernels before 5.14 reject this advice
   for_whole_pages(first, bytes,
                   [](void* begin, std::size_t size) { madvise(begin, size, MADV_POPULATE_WRITE); });
 #endif

@@ -62,33 +62,33 @@ std::int64_t unix_nanoseconds(std::int64_t file_time) {
   return file_time <= 0 ? 0 : (file_time - kTicksTo1970) * 100;
 }
 
-std::optional<FileStatus> facts_of_handle(HANDLE handle) noexcept {
-  FileStatus facts;
-  facts.is_owned_by_user = true;
+std::optional<FileStatus> query_handle(HANDLE handle) noexcept {
+  FileStatus file_status;
+  file_status.is_owned_by_user = true;
   BY_HANDLE_FILE_INFORMATION handle_information{};
   FILE_BASIC_INFO file_times{};
   // For consoles, pipes and NUL, size and times cannot be queried.
   if (const DWORD type = GetFileType(handle); type == FILE_TYPE_CHAR || type == FILE_TYPE_PIPE) {
-    return facts;
+    return file_status;
   }
   if (!succeeded(GetFileInformationByHandle(handle, &handle_information) != FALSE))
     return std::nullopt;
-  facts.id.device = handle_information.dwVolumeSerialNumber;
-  facts.id.file =
+  file_status.id.device = handle_information.dwVolumeSerialNumber;
+  file_status.id.file =
       std::uint64_t{handle_information.nFileIndexHigh} << 32 | handle_information.nFileIndexLow;
-  facts.is_folder = (handle_information.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0;
-  facts.is_regular = !facts.is_folder;
-  facts.bytes =
+  file_status.is_folder = (handle_information.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0;
+  file_status.is_regular = !file_status.is_folder;
+  file_status.bytes =
       std::uint64_t{handle_information.nFileSizeHigh} << 32 | handle_information.nFileSizeLow;
-  facts.permissions =
+  file_status.permissions =
       (handle_information.dwFileAttributes & FILE_ATTRIBUTE_READONLY) != 0 ? 0444 : 0666;
   if (GetFileInformationByHandleEx(handle, FileBasicInfo, &file_times, sizeof file_times) !=
       FALSE) {
-    facts.modified_ns = unix_nanoseconds(file_times.LastWriteTime.QuadPart);
-    facts.changed_ns = unix_nanoseconds(file_times.ChangeTime.QuadPart);
-    facts.modified = facts.modified_ns / 1000000000;
+    file_status.modified_ns = unix_nanoseconds(file_times.LastWriteTime.QuadPart);
+    file_status.changed_ns = unix_nanoseconds(file_times.ChangeTime.QuadPart);
+    file_status.modified = file_status.modified_ns / 1000000000;
   }
-  return facts;
+  return file_status;
 }
 
 std::optional<FileStatus> query_file(const fs::path& path, DWORD flags) noexcept {
@@ -96,7 +96,7 @@ std::optional<FileStatus> query_file(const fs::path& path, DWORD flags) noexcept
   const Handle file(
       open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS | flags));
   if (!succeeded(file.good())) return std::nullopt;
-  return facts_of_handle(file.get());
+  return query_handle(file.get());
 }
 
 /// True if a retry cannot succeed, since the target is a folder or write-protected.
@@ -112,7 +112,7 @@ std::optional<FileStatus> query_file(const fs::path& path) noexcept { return que
 std::optional<FileStatus> query_link(const fs::path& path) noexcept {
   return query_file(path, FILE_FLAG_OPEN_REPARSE_POINT);
 }
-std::optional<FileStatus> query_file(int file) noexcept { return facts_of_handle(handle_of(file)); }
+std::optional<FileStatus> query_file(int file) noexcept { return query_handle(handle_of(file)); }
 
 int open_to_read(const fs::path& path) noexcept {
   return descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL),
@@ -166,7 +166,7 @@ bool name_file(int /*file*/, const fs::path& /*name*/) noexcept {
 std::string path_of_open_file(int /*file*/) { return {}; }
 
 std::FILE* stream_of(int file) noexcept { return _fdopen(file, "wb"); }
-int file_of(std::FILE* stream) noexcept { return _fileno(stream); }
+int descriptor_of_stream(std::FILE* stream) noexcept { return _fileno(stream); }
 std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept {
   OVERLAPPED file_offset{};
   file_offset.Offset = static_cast<DWORD>(offset);
@@ -316,7 +316,7 @@ const std::string& process_namespace_id() {
   }();
   return made;
 }
-bool is_gone(long process) noexcept {
+bool has_process_ended(long process) noexcept {
   const Handle process_handle(OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
   if (!process_handle.good()) return GetLastError() == ERROR_INVALID_PARAMETER;
   return WaitForSingleObject(process_handle.get(), 0) == WAIT_OBJECT_0;

@@ -18,7 +18,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> /*c
 // RunningProgram is not supported on Windows, so these functions are never called.
 void RunningProgram::begin(std::string /*input*/, double /*limit_seconds*/,
                            std::function<bool()> /*interrupted*/) {}
-bool RunningProgram::began() const { return false; }
+bool RunningProgram::has_begun() const { return false; }
 bool RunningProgram::has_begun_with_input(std::string_view /*input*/) const { return false; }
 ProgramResult RunningProgram::finish() { return {}; }
 

@@ -23,11 +23,11 @@ BOOL WINAPI on_control(DWORD /*event*/) {
   block_forever();
 }
 
-void (*crash)(int number) = nullptr;
+void (*crash_callback)(int number) = nullptr;
 constexpr int kExceptionNumber = 0;  // stands for system exceptions, which have no signal number
 
 LONG WINAPI on_exception(EXCEPTION_POINTERS* /*pointers*/) {
-  crash(kExceptionNumber);
+  crash_callback(kExceptionNumber);
   return EXCEPTION_CONTINUE_SEARCH;
 }
 
@@ -41,7 +41,7 @@ void catch_interrupts(void (*on_deadline)()) noexcept {
 bool interrupted() noexcept { return is_interrupt_received.load(); }
 
 void catch_crashes(void (*on_crash)(int number)) noexcept {
-  crash = on_crash;
+  crash_callback = on_crash;
   // Suppresses error dialogs, which would block until a user closes them.
   SetErrorMode(SEM_FAILCRITICALERRORS | SEM_NOGPFAULTERRORBOX);
   SetUnhandledExceptionFilter(on_exception);

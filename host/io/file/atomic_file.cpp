@@ -118,7 +118,7 @@ void AtomicFile::name_file() {
   PendingFile file;
   file.destination = destination_;
   file.target = target_;
-  file.descriptor = os::duplicate(os::file_of(stream_));
+  file.descriptor = os::duplicate(os::descriptor_of_stream(stream_));
   if (file.descriptor < 0) fail("", errno);
   file.name();
   temporary_ = std::move(file.temporary);
@@ -141,8 +141,8 @@ void AtomicFile::close_stream() {
   if (std::fclose(stream) != 0) fail("", errno);
 }
 
-// Sets the file's permissions, and starts flushing it to the medium, so that this overlaps with the
-// next file's production.
+// Sets the file's permissions, and starts flushing it to the medium, so that the flush overlaps
+// with the making of the next file.
 void AtomicFile::begin_flush(int descriptor) const {
   if (mode_ && !os::set_permissions(descriptor, *mode_) && errno != EPERM) fail("", errno);
   os::begin_sync(descriptor);  // PendingFile::sync() waits until the data is on the medium
@@ -162,9 +162,9 @@ void AtomicFile::commit() {
     if (stream_ != nullptr) {
       errno = 0;
       if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) fail("", errno);
-      begin_flush(os::file_of(stream_));
+      begin_flush(os::descriptor_of_stream(stream_));
       if (temporary_.empty()) {
-        file.descriptor = os::duplicate(os::file_of(stream_));
+        file.descriptor = os::duplicate(os::descriptor_of_stream(stream_));
         // An unnamed file must stay open, and too many files are open already
         if (file.descriptor < 0) name_file();
       }

@@ -85,7 +85,8 @@ OutputSet::~OutputSet() {
 namespace {
 
 void place_pending(std::vector<PendingFile>& files) {
-  // An output may have been read as an input after it had been written; this is refused here, too.
+  // An output may have been read as an input after it had been written; such an output is refused
+  // here, too.
   for (const PendingFile& file : files) {
     if (const auto found = os::query_file(file.target)) refuse_input(file.destination, found->id);
   }
@@ -173,8 +174,8 @@ bool add_to_open_set(PendingFile& file) {
   const std::lock_guard lock(output_state().mutex);
   if (!output_state().is_open) return false;
   file.run = current_input_log();
-  // All files that were accepted for a target have the same absolute name and run, so it suffices
-  // to compare with the first one.
+  // All files that were accepted for one target have the same absolute name and the same run, so it
+  // suffices to compare with the first of them.
   const std::size_t number = output_state().files.size();
   if (number >= kMaxUnnamedFiles) file.name();
   const auto [first, is_new] = output_state().by_target.emplace(os::name_key(file.target), number);

@@ -112,7 +112,7 @@ void complete_journal(const fs::path& folder, const fs::path& journal) {
     const auto& [temporary, target, backup] = std::tie(names[i], names[i + 1], names[i + 2]);
     if (!temporary.starts_with(kHiddenPrefix) || !is_plain(temporary) || !is_plain(target))
       continue;
-    // The rename fails if the process had done it before it was killed.
+    // The rename fails if the killed process had already done it.
     if (!os::replace(folder / temporary, folder / target)) errno = 0;
     if (backup.starts_with(kHiddenPrefix) && is_plain(backup)) {
       os::remove_file((folder / backup).c_str());

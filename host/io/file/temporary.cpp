@@ -80,7 +80,7 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   constexpr std::string_view kDigits = "0123456789";
   if (!take(".kiln-")) return NameState::foreign;
   const std::string_view mark = take_run("0123456789abcdef");
-  // Earlier versions created names without a mark
+  // Earlier versions created names without this mark of the machine
   const bool has_mark = mark.size() == 16 && name.starts_with('-');
   if (has_mark) take("-");
   const std::string process_text(has_mark ? take_run(kDigits) : mark);
@@ -90,7 +90,7 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
     return NameState::foreign;
   }
   if (!has_mark || mark != os::process_namespace_id()) return NameState::unknown;
-  return os::is_gone(std::stol(process_text)) ? NameState::ended : NameState::running;
+  return os::has_process_ended(std::stol(process_text)) ? NameState::ended : NameState::running;
 }
 
 void register_created_folder(const std::filesystem::path& folder) noexcept {

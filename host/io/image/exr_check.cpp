@@ -63,7 +63,7 @@ void check_tiles(const ExrPart& part, const FailWith& fail) {
     fail("tiles",
          "it says " + std::to_string(part.tile_width) + " x " + std::to_string(part.tile_height) +
              " pixels, but the data window has only " + sides_text(part.data),
-         "Export the image again with smaller tiles, or without.");
+         "Export the image again with smaller tiles, or without tiles.");
   }
 }
 

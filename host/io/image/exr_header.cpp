@@ -131,7 +131,7 @@ void read_tiles(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
   if (least < 1 || most > largest || part.level_mode > 2) {
     cursor.fail("tiles", "it says " + std::to_string(part.tile_width) + " x " +
                              std::to_string(part.tile_height) + " pixels and level mode " +
-                             std::to_string(part.level_mode) + ", which cannot be");
+                             std::to_string(part.level_mode) + ", which is invalid");
   }
 }
 
@@ -223,7 +223,7 @@ bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
 }
 
 void check_complete(const Cursor& cursor, const ExrPart& part) {
-  const auto lacks = [&](const char* field) { cursor.fail(field, "the header does not have it"); };
+  const auto lacks = [&](const char* field) { cursor.fail(field, "the header lacks this field"); };
   if (part.data.x1 < part.data.x0) lacks("dataWindow");
   if (part.display.x1 < part.display.x0) lacks("displayWindow");
   if (part.channels.empty()) lacks("channels");

@@ -33,7 +33,7 @@ struct ExrPart {
   std::vector<ExrChannel> channels;
   std::string type;
   Packing packing = Packing::none;
-  std::string compression;       ///< Name of the compression
+  std::string compression;       ///< Name of the compression method
   std::uint64_t block_rows = 0;  ///< Scan lines per block
   bool tiled = false;
   std::uint64_t tile_width = 0, tile_height = 0;

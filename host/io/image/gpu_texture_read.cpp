@@ -335,10 +335,10 @@ std::string unpack_level(const ByteSource& source, std::string_view bytes, const
   const std::string_view packed = bytes.substr(header.at, header.packed);
   const auto check = [&](bool enough) {
     if (!enough) {
-      fail(
-          "level 0",
-          "its pixels need " + std::to_string(size) + " bytes, but it has another number (damaged)",
-          kExportAgain);
+      fail("level 0",
+           "its pixels need " + std::to_string(size) +
+               " bytes, but it has another number of bytes (damaged)",
+           kExportAgain);
     }
   };
   if (header.scheme == 0) {

@@ -50,7 +50,8 @@ bool write(JpegWriter& jpeg, const std::uint8_t* rows, std::uint32_t width, std:
   jpeg.info.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&jpeg.info);
   jpeg_set_quality(&jpeg.info, quality, TRUE);
-  jpeg.info.dct_method = JDCT_ISLOW;  // Gives the same result on every processor
+  // This integer method gives the same result on every processor
+  jpeg.info.dct_method = JDCT_ISLOW;
   jpeg.info.optimize_coding = TRUE;
   jpeg_simple_progression(&jpeg.info);
   const int chroma_divisor = halves_colours ? 2 : 1;

@@ -16,7 +16,7 @@ namespace kiln {
 
 /// How much effort is spent on compressing a PNG. The pixels do not depend on it.
 enum class Deflate {
-  fast,  ///< Searches run lengths only, on all threads
+  fast,  ///< Searches only for runs of one byte; uses all threads
   /// Chooses the filter that is best for a sample of the rows; uses libdeflate if it was built in,
   /// otherwise zlib
   small,
@@ -69,7 +69,7 @@ class DitherBlocks {
  private:
   bool dithers_everywhere_ = false;
   std::size_t columns_ = 0;
-  std::vector<std::uint8_t> blocks_;  ///< Empty: no square is dithered
+  std::vector<std::uint8_t> blocks_;  ///< If empty, no square is dithered
 };
 
 /// Quantises a row to the bytes that a PNG stores, without the filter byte; 16-bit values are

@@ -284,7 +284,7 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
     filter_row(tried, values, above, pixel, size, scratch.data());
     std::array<std::uint32_t, 256> counts{};
     for (const std::uint8_t byte : scratch) ++counts[byte];
-    std::uint64_t sum = 0;  // Larger for lower entropy
+    std::uint64_t sum = 0;  // Sum of n log2(n); the larger, the lower the entropy
     for (const std::uint32_t count : counts) sum += entropy_term(count);
     if (tried != 0 && sum <= best) continue;
     best = sum;
@@ -427,7 +427,8 @@ PngRows::PngRows(const ImageShape& shape, const PngOptions& options, DitherBlock
 
 PngRows::~PngRows() = default;
 
-/// Reads a row of `rows` or of the kept ones; the returned bytes may be in `scratch`.
+/// Returns a quantised row, either from kept_ or made from `rows`; in the second case, the returned
+/// bytes are in `scratch`.
 const std::uint8_t* PngRows::row(const Image& rows, std::size_t y, Bytes& scratch) const {
   if (y < next_row_) return &kept_[(y - first_kept_) * row_bytes_];
   quantise_row(rows, bits_, dither_, y, scratch.data(), next_row_);

@@ -46,14 +46,14 @@ using Counts = std::array<std::uint32_t, kSymbols>;
 using Lengths = std::array<std::uint8_t, kSymbols>;
 
 /// Number of consecutive bytes, from `at` on, that equal `byte`; at most `most`.
-std::size_t count_run(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
+std::size_t count_run(const std::uint8_t* at, std::size_t max_count, std::uint8_t byte) {
   std::uint64_t eight_bytes = 0, all = byte * 0x0101010101010101U;
   std::size_t length = 0;
-  for (; length + sizeof(eight_bytes) <= most; length += sizeof(eight_bytes)) {
+  for (; length + sizeof(eight_bytes) <= max_count; length += sizeof(eight_bytes)) {
     std::memcpy(&eight_bytes, at + length, sizeof(eight_bytes));
     if (eight_bytes != all) break;
   }
-  while (length < most && at[length] == byte) ++length;
+  while (length < max_count && at[length] == byte) ++length;
   return length;
 }
 
@@ -123,24 +123,25 @@ std::size_t make_tokens(std::span<const std::uint8_t> raw, std::uint16_t* tokens
 /// \returns the greatest length
 int compute_huffman_lengths(const Counts& counts, Lengths& lengths) {
   constexpr unsigned kSymbolBits = 16;
-  std::array<std::uint64_t, kSymbols> sorted;  // Count in the high bits, symbol in the low bits
-  std::size_t used = 0;
+  // Each entry has a symbol's count in its high bits, and the symbol in its low bits
+  std::array<std::uint64_t, kSymbols> sorted;
+  std::size_t used_count = 0;
   for (std::uint32_t i = 0; i < kSymbols; ++i) {
-    if (counts[i] != 0) sorted[used++] = std::uint64_t{counts[i]} << kSymbolBits | i;
+    if (counts[i] != 0) sorted[used_count++] = std::uint64_t{counts[i]} << kSymbolBits | i;
   }
   lengths.fill(0);
-  if (used == 0) return 0;
-  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(used));
-  // The first `used` entries stand for the sorted symbols, those after them for nodes.
+  if (used_count == 0) return 0;
+  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(used_count));
+  // The first `used_count` entries stand for the sorted symbols, those after them for nodes.
   std::array<std::uint16_t, 2 * kSymbols> parent{};
   std::array<std::uint64_t, 2 * kSymbols> weight;
-  for (std::size_t i = 0; i < used; ++i) weight[i] = sorted[i] >> kSymbolBits;
-  const std::size_t root = 2 * used - 2;
-  std::size_t symbol = 0, joined = used;
-  for (std::size_t node = used; node <= root; ++node) {
+  for (std::size_t i = 0; i < used_count; ++i) weight[i] = sorted[i] >> kSymbolBits;
+  const std::size_t root = 2 * used_count - 2;
+  std::size_t symbol = 0, joined = used_count;
+  for (std::size_t node = used_count; node <= root; ++node) {
     const auto take = [&] {
       const bool takes_symbol =
-          symbol < used && (joined == node || weight[symbol] <= weight[joined]);
+          symbol < used_count && (joined == node || weight[symbol] <= weight[joined]);
       const std::size_t taken = takes_symbol ? symbol++ : joined++;
       parent[taken] = static_cast<std::uint16_t>(node);
       return weight[taken];
@@ -153,7 +154,7 @@ int compute_huffman_lengths(const Counts& counts, Lengths& lengths) {
   int longest = 0;
   for (std::size_t i = root; i-- > 0;) {
     depth[i] = static_cast<std::uint16_t>(depth[parent[i]] + 1);
-    if (i >= used) continue;
+    if (i >= used_count) continue;
     lengths[sorted[i] & ((1U << kSymbolBits) - 1)] =
         static_cast<std::uint8_t>(std::min<int>(depth[i], 255));
     longest = std::max(longest, int{depth[i]});

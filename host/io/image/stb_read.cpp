@@ -42,19 +42,19 @@ struct StbBytes {
 int on_read(void* user, char* to, int count) {
   auto& bytes = *static_cast<StbBytes*>(user);
   if (bytes.buffer == nullptr) bytes.buffer = to;
-  const auto wanted = static_cast<std::size_t>(count);
+  const auto wanted_bytes = static_cast<std::size_t>(count);
   std::size_t got = 0;
   try {
-    got = bytes.source.read_at(bytes.at, to, wanted);
+    got = bytes.source.read_at(bytes.at, to, wanted_bytes);
   } catch (...) {
     bytes.error = std::current_exception();
   }
   bytes.at += got;
-  if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
+  if (got != 0 && (to == bytes.buffer || got == wanted_bytes)) return static_cast<int>(got);
   bytes.is_cut_short = true;
   // After the end of the file, stb_image gets line ends. With any other bytes it would never finish
   // a Radiance HDR: zeros are runs of length 0, and all other bytes continue a line of the header.
-  std::fill(to + got, to + wanted, '\n');
+  std::fill(to + got, to + wanted_bytes, '\n');
   return count;
 }
 

@@ -123,7 +123,7 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
                                        const std::vector<NrrdAxis>& axes) {
   const bool directed = fields.find("spacedirections") != nullptr;
   const std::string place = fields.find("sizes")->place();
-  std::vector<std::size_t> kept;
+  std::vector<std::size_t> kept_axes;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const std::string& kind = axes[a].kind;
     const bool within = kind.empty() || kind == "domain" || kind == "space" || kind == "time" ||
@@ -133,7 +133,7 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
                  "Save one time step as a volume of three dimensions.");
     }
     if (within && (!directed || axes[a].has_direction || kind == "time")) {
-      kept.push_back(a);
+      kept_axes.push_back(a);
     } else if (axes[a].size > 1) {
       input.fail(place,
                  "there are " + std::to_string(axes[a].size) + " values a voxel (dimension " +
@@ -142,27 +142,27 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
     }
   }
   const auto drop = [&](bool time_only) {
-    for (std::size_t i = kept.size(); i-- > 0 && kept.size() > 3;) {
-      const NrrdAxis& axis = axes[kept[i]];
+    for (std::size_t i = kept_axes.size(); i-- > 0 && kept_axes.size() > 3;) {
+      const NrrdAxis& axis = axes[kept_axes[i]];
       if (axis.size == 1 && (!time_only || axis.kind == "time")) {
-        kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
+        kept_axes.erase(kept_axes.begin() + static_cast<std::ptrdiff_t>(i));
       }
     }
   };
   drop(true);
   drop(false);
-  if (kept.size() > 3) {
+  if (kept_axes.size() > 3) {
     input.fail(place,
-               std::to_string(kept.size()) +
+               std::to_string(kept_axes.size()) +
                    " dimensions have more than one sample, as in a series " + "over time",
                "Save one time step or component as a volume of three dimensions.");
   }
-  if (kept.size() < 3) {
+  if (kept_axes.size() < 3) {
     input.fail(
-        place, "only " + std::to_string(kept.size()) + " dimensions are of space",
+        place, "only " + std::to_string(kept_axes.size()) + " dimensions are of space",
         "Kiln reads volumes of three dimensions; correct \"kinds\" or \"space directions\".");
   }
-  return {kept[0], kept[1], kept[2]};
+  return {kept_axes[0], kept_axes[1], kept_axes[2]};
 }
 
 namespace {

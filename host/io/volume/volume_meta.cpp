@@ -178,7 +178,7 @@ void skip_header(const VolumeInput& input, const HeaderFields& fields, const Byt
   }
   if (*bytes == -1) {
     if (place.encoding != VoxelEncoding::plain) {
-      input.fail(field->place(), "-1 has a meaning for uncompressed data only",
+      input.fail(field->place(), "-1 is only valid for uncompressed data",
                  "Give the number of bytes before the voxels.");
     }
     place.at_end = true;

@@ -177,7 +177,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
   if (bytes == nullptr) return;
   if (bytes->value == "-1") {
     if (place.encoding != VoxelEncoding::plain) {
-      input.fail(bytes->place(), "-1 has a meaning for raw encoding only",
+      input.fail(bytes->place(), "-1 is only valid for raw encoding",
                  "Give the number of bytes to skip.");
     }
     place.at_end = true;
@@ -258,7 +258,8 @@ class JoinedFiles final : public ByteSource {
       VoxelPlace begin = place;
       skip(input, fields, *data, begin);
       if (begin.skip_unpacked != 0) {
-        input.fail(field.place(), "bytes are to be skipped in several packed files",
+        input.fail(field.place(),
+                   "bytes are to be skipped, but the voxels are in several compressed files",
                    "Join them into one file (\"unu save -f nrrd\" does).");
       }
       if (begin.at_end && data->size() >= share) begin.offset = data->size() - share;

@@ -178,8 +178,9 @@ void check_openvdb_frame(const VolumeInput& input) {
     }
     if (begin < frame.place() || begin > blocks || blocks > end ||
         end > frame.place() + frame.left()) {
-      frame.fail(grid + " is said to lie from byte " + std::to_string(begin) + " over " +
-                 std::to_string(blocks) + " to " + std::to_string(end) + " of " +
+      frame.fail(grid + " is said to lie from byte " + std::to_string(begin) +
+                 ", with its blocks from byte " + std::to_string(blocks) + ", to byte " +
+                 std::to_string(end) + ", but the file ends at byte " +
                  std::to_string(frame.place() + frame.left()));
     }
     frame.go(begin);

@@ -178,27 +178,29 @@ void count_non_finite(const VolumeInput& input, const Volume& volume) {
 
 void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                  const Message& remedy, Volume& volume) {
-  const std::uint64_t expected = voxel_count(volume) * size_of(volume.type);
-  if (stream.max_remaining() < expected) {
-    fail_too_few(input, volume, expected,
+  const std::uint64_t expected_bytes = voxel_count(volume) * size_of(volume.type);
+  if (stream.max_remaining() < expected_bytes) {
+    fail_too_few(input, volume, expected_bytes,
                  (stream.is_exact() ? "" : "at most ") + std::to_string(stream.max_remaining()),
                  remedy);
   }
-  require_memory("its " + sizes_text(volume), expected,
+  require_memory("its " + sizes_text(volume), expected_bytes,
                  memory_failure(input.fail_with(), "voxels"));
   // Compressed data may be shorter than declared, so memory for voxels is only allocated as data
   // arrives.
   std::vector<std::byte>& voxels = volume.voxels;
   std::size_t have = 0;
-  while (have < expected) {
+  while (have < expected_bytes) {
     const std::uint64_t likely = std::max<std::uint64_t>(1 << 22, stream.max_remaining() / 128);
-    const std::uint64_t step = stream.is_exact() ? expected : std::max<std::uint64_t>(have, likely);
-    const auto next = static_cast<std::size_t>(std::min<std::uint64_t>(expected, have + step));
+    const std::uint64_t step =
+        stream.is_exact() ? expected_bytes : std::max<std::uint64_t>(have, likely);
+    const auto next =
+        static_cast<std::size_t>(std::min<std::uint64_t>(expected_bytes, have + step));
     voxels.reserve(next);
     voxels.resize(next);
     const std::size_t got = stream.read(voxels.data() + have, next - have);
     have += got;
-    if (have < next) fail_too_few(input, volume, expected, std::to_string(have), remedy);
+    if (have < next) fail_too_few(input, volume, expected_bytes, std::to_string(have), remedy);
   }
   std::uint64_t trailing = stream.is_exact() ? stream.max_remaining() : 0;
   if (!stream.is_exact()) {

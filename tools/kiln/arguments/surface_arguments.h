@@ -12,7 +12,8 @@
 
 namespace kiln::cli {
 
-/// The surface to contour and its face count, as extract() takes them, and options that Kiln may choose.
+/// The surface to contour and its face count, as parameters of extract(), and the options that Kiln
+/// chooses if they are not given.
 struct SurfaceArguments {
   SurfaceArguments() { options.choose.min_part = true; }
 
@@ -43,7 +44,7 @@ Volume read_volume(const std::string& path, const SurfaceArguments& arguments,
                    std::vector<Warning>& warnings);
 
 Json describe(const Volume& volume, const std::string& path);
-/// The options of the surface as given, for reports.
+/// The options of the surface as the user gave them, for reports.
 Json describe(const SurfaceArguments& arguments);
 /// The options of the surface that extract() used, for reports.
 Json describe(const ExtractUsed& used);

@@ -82,7 +82,7 @@ RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
     if (plans_low_poly(job)) python = start_python();
   };
   hooks.on_plan = [&python](const LowPolyPlan& plan, const std::string& stem) {
-    if (python && python->began()) python = start_python();
+    if (python && python->has_begun()) python = start_python();
     if (python) begin_plot(*python, plan_plot(plan, stem));
   };
   hooks.draw_plan = [&python](const LowPolyPlan& plan, const std::string& folder,
@@ -163,14 +163,14 @@ Run add_bake(Command& app) {
       "--page", [page](const Option::Words& words) { *page = words.back(); },
       "Also write a page (HTML) that shows the asset of --out beside HIGH in a browser, as kiln "
       "view does");
-  auto prints = std::make_shared<bool>(false);
+  auto prints_job = std::make_shared<bool>(false);
   command->add_flag(
-      "--print-job", [prints](const Option::Words&) { *prints = true; },
+      "--print-job", [prints_job](const Option::Words&) { *prints_job = true; },
       "Print the command as a job file for kiln run, without baking");
-  return [command, job, prints, page] {
+  return [command, job, prints_job, page] {
     job->given = given_flags(*command);
     job->given.erase("--page");
-    if (*prints) {
+    if (*prints_job) {
       job->given.erase("--print-job");
       check(*job);
       print_text(stdout, to_job_file(to_json(*job)));

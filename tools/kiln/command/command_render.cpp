@@ -325,8 +325,8 @@ int run_render(const RenderArguments& arguments) {
   MaterialAtlases own_maps;
   if (shows_own_maps(arguments))
     own_maps = make_material_atlases(files_of_mesh.nodes_and_materials.materials, mesh, warnings);
-  LitMaps worn = load_lit_maps(apply_maps);
-  if (own_maps.any()) worn = {std::move(own_maps.color), std::move(own_maps.occlusion), {}};
+  LitMaps lit_maps = load_lit_maps(apply_maps);
+  if (own_maps.any()) lit_maps = {std::move(own_maps.color), std::move(own_maps.occlusion), {}};
   Image map_image = std::move(own_maps.normal);
   const NormalMap map = normal_map_of(arguments, map_image, [&] {
     return bake_map(arguments, device, *high_poly, mesh, warnings);
@@ -350,19 +350,20 @@ int run_render(const RenderArguments& arguments) {
   }
   const double seconds_build = watch.lap();
   const MappedMesh has_lit_maps{device, mesh};
-  require_pictures(low.geometry(options), max_pictures_in_memory(arguments, worn, has_map));
+  require_pictures(low.geometry(options), max_pictures_in_memory(arguments, lit_maps, has_map));
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
                             ? map_sheet(has_lit_maps, arguments.show, options)
-                            : draw_picture(arguments, original, low, has_lit_maps, worn, has_map,
-                                           options, cage ? &*cage : nullptr);
+                            : draw_picture(arguments, original, low, has_lit_maps, lit_maps,
+                                           has_map, options, cage ? &*cage : nullptr);
   const double seconds_draw = watch.lap();
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();
 
   Json rendered_error;
-  const bool says = !arguments.quiet || !arguments.json.empty();
-  if (high && says) rendered_error = measure(console, *high, low, *reference, options, has_map);
+  const bool needs_error = !arguments.quiet || !arguments.json.empty();
+  if (high && needs_error)
+    rendered_error = measure(console, *high, low, *reference, options, has_map);
   if (high) check_green_channel(device, mesh, map, *high, *reference, options.z_up, warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const double seconds_measure = watch.lap();

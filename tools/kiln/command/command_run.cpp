@@ -45,7 +45,7 @@ struct RunArguments {
       baseline;
   std::vector<std::string> accept, merge;
   std::vector<std::string> only;
-  std::uint32_t at_once = 0;
+  std::uint32_t concurrent_bakes = 0;
   bool check = false, list = false, quiet = false, plan = false, no_cache = false, rebake = false;
   bool watch = false;
   bool allow_outside = false, allow_own_maps = false, allow_hooks = false;
@@ -145,7 +145,7 @@ ReportHead report_head_of(const RunArguments& arguments, double seconds) {
 
 /// Adds the differences to a former report to a report, and prints them.
 void compare(const RunArguments& arguments, const Json& former, Json& report, Console& console) {
-  // Hashes of maps are computed for pages alone.
+  // Hashes of maps are only computed for report pages.
   const auto has_maps = [](const Json& of) {
     const std::vector<Json>& assets = of.at("assets").elements();
     return std::any_of(assets.begin(), assets.end(),
@@ -475,7 +475,7 @@ std::set<std::string> watched_files(const RunArguments& arguments) {
       }
     }
   } catch (const Error&) {
-    // The run itself reports this error. Meanwhile only the job file is watched.
+    // The run itself reports this error. Until it is corrected, only the job file is watched.
   }
   return files;
 }
@@ -547,7 +547,7 @@ int run_job_file(const RunArguments& arguments) {
   options.check = [&](const BatchAsset& asset, const AssetResult& result) {
     return result_checks.check(asset, result);
   };
-  options.concurrent_bakes = arguments.at_once;
+  options.concurrent_bakes = arguments.concurrent_bakes;
   options.interrupted = interrupted;
   options.run_command = [&file](const std::string& hook, const std::string& input,
                                 std::string& said) { return run_shell(file, hook, input, said); };
@@ -582,12 +582,12 @@ int run_job_file(const RunArguments& arguments) {
   }
   const double seconds = watch.total();
   if (cache != nullptr) {
-    const bool wrote = std::any_of(results.begin(), results.end(), [](const AssetResult& result) {
-      return result.state == AssetState::baked;
-    });
+    const bool has_written =
+        std::any_of(results.begin(), results.end(),
+                    [](const AssetResult& result) { return result.state == AssetState::baked; });
     // A cache server limits its size itself.
     const std::filesystem::path folder = cache_folder(arguments, file);
-    if (wrote && !folder.empty()) FolderStore(folder).prune(limit);
+    if (has_written && !folder.empty()) FolderStore(folder).prune(limit);
     late.print(console);
     if (!arguments.depfile.empty()) save_depfile(arguments, batch, results, *cache);
   }
@@ -745,7 +745,7 @@ Run add_run(Command& app) {
        .help = "Bake the I-th of N shards with about equal times, 1/N to N/N; all machines choose "
                "the same shards"},
       {.flag = "--at-once",
-       .value = whole(AT(at_once), 1, 64).or_unset(),
+       .value = whole(AT(concurrent_bakes), 1, 64).or_unset(),
        .help = "Number of concurrent bakes (default: 2, or fewer if memory is short)"},
       {.flag = "--allow-outside",
        .value = toggle(AT(allow_outside)),

@@ -144,23 +144,24 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_parts = arguments.keep_parts;
   options.fit_normals =
       false;  // normals are fitted after the unwrap, which decides where seams are
-  const Mesh simple = simplify(high, options, &report);
-  if (streamed != nullptr) measure_deviation(*streamed, simple, report);
+  const Mesh simplified = simplify(high, options, &report);
+  if (streamed != nullptr) measure_deviation(*streamed, simplified, report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   const UnwrapOptions layout =
       unwrap_options(arguments.unwrap, std::min(width, height),
                      arguments.density == TexelDensity::detail ? &high : nullptr);
-  Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
-  const bool fits_for_shading = arguments.normals != kForMap;
+  Mesh low = arguments.keep_uvs ? simplified : unwrap(simplified, layout, &unwrap_report);
+  const bool fits_normals_for_shading = arguments.normals != kForMap;
   FitNormalsReport normals;
   Stopwatch normal_fit_watch;
-  low = fit_normals(low, high,
-                    {.hard_degrees = arguments.hard_angle,
-                     // an angle of 180 degrees disables hard edges
-                     .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
-                     .purpose = fits_for_shading ? NormalPurpose::shading : NormalPurpose::map},
-                    &normals);
+  low = fit_normals(
+      low, high,
+      {.hard_degrees = arguments.hard_angle,
+       // an angle of 180 degrees disables hard edges
+       .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
+       .purpose = fits_normals_for_shading ? NormalPurpose::shading : NormalPurpose::map},
+      &normals);
   const double seconds_normals = normal_fit_watch.total();
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   move_material_files(low, std::filesystem::path(arguments.high).parent_path(),

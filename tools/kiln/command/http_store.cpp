@@ -27,8 +27,8 @@ namespace {
 
 /// Number of failed requests in a row after which the server is no longer used.
 constexpr int kMaxFailures = 3;
-/// Timeouts in seconds, so that a hanging server does not block: for the connection, and for transfers below one byte
-/// per second.
+/// Timeouts in seconds, so that a server that hangs does not block the run: for the connection, and for transfers
+/// below one byte per second.
 constexpr long kConnectSeconds = 5, kStalledSeconds = 20;
 /// Maximum size of a result in bytes.
 constexpr std::size_t kMaxResultBytes = std::size_t{4} << 30;

@@ -38,9 +38,9 @@ void check_drawn_cage(const RenderArguments& arguments) {
   refuse_if(!bake.cage_auto && !bake.bake.match.cage && bake.cage_mesh.empty(),
             "--draw-cage draws the cage of --cage or --cage-mesh: add one of them.");
   for (const std::string& flag : bake.given) {
-    const bool serves = kMeshInputFlags.contains(flag) || kCageFlags.contains(flag) ||
-                        (bake.cage_auto && kAutomaticCageFlags.contains(flag));
-    if (serves || arguments.map_size_given) continue;
+    const bool affects_map = kMeshInputFlags.contains(flag) || kCageFlags.contains(flag) ||
+                             (bake.cage_auto && kAutomaticCageFlags.contains(flag));
+    if (affects_map || arguments.map_size_given) continue;
     fail_usage(flag +
                " does not affect the cage that --draw-cage draws: leave it out, or add --map-size "
                "N to bake a map with it as well.");
@@ -232,15 +232,15 @@ void check_green_channel(const Device& device, const Mesh& mesh, NormalMap map, 
   if (map.image == nullptr) return;
   const std::vector<ViewAngles> views = {{40, 25}, {160, -20}, {280, 10}};
   const NormalReference reference(high, frame, views, kPixels, z_up);
-  const double as_given = reference.compare(Scene(device, mesh, map)).mean_degrees;
+  const double given_error = reference.compare(Scene(device, mesh, map)).mean_degrees;
   map.flip_y = !map.flip_y;
   const double inverted = reference.compare(Scene(device, mesh, map)).mean_degrees;
   const double without = reference.compare(Scene(device, mesh, map), true).mean_degrees;
-  const bool inverted_green_is_better = inverted < kMaxRatioToInvert * as_given;
+  const bool inverted_green_is_better = inverted < kMaxRatioToInvert * given_error;
   // For a map of another HIGH, inverting green may reduce the error by chance. Only if the inverted map is better than
   // no map, its convention is assumed to be wrong.
   const bool map_increases_error =
-      std::min(as_given, inverted) > kMisfitRatio * without + kMisfitDegrees;
+      std::min(given_error, inverted) > kMisfitRatio * without + kMisfitDegrees;
   if (map_increases_error ||
       (inverted_green_is_better && !(inverted < kMaxRatioToInvert * without))) {
     const std::string text = formatted(
@@ -248,7 +248,7 @@ void check_green_channel(const Device& device, const Mesh& mesh, NormalMap map, 
         "deviate by %.2f degrees, without the map by %.2f. It was baked from another HIGH or from "
         "other normals, such as smooth ones at hard edges: bake it again, or give the "
         "--high-normals of that bake.",
-        as_given, without);
+        given_error, without);
     warnings.push_back({"map-misfit", text, 1});
     return;
   }
@@ -256,7 +256,7 @@ void check_green_channel(const Device& device, const Mesh& mesh, NormalMap map, 
   const std::string text = formatted(
       "The map fits HIGH better with green %s: rendered normals then deviate by %.2f degrees "
       "instead of %.2f. %s --flip-y, or bake the map again for the other convention.",
-      map.flip_y ? "down (DirectX)" : "up (OpenGL)", inverted, as_given,
+      map.flip_y ? "down (DirectX)" : "up (OpenGL)", inverted, given_error,
       map.flip_y ? "Add" : "Leave out");
   warnings.push_back({"green-flipped", text, 1});
 }

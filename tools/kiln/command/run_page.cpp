@@ -111,7 +111,7 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
                   BakeCache* cache, Console& console) {
   const PageSizes sizes = choose_page_sizes(results);
   std::optional<Device> opened;
-  const auto open = [&] {
+  const auto open_device = [&] {
     if (!opened) opened = device();
     return *opened;
   };
@@ -129,7 +129,7 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
       Json asset_entry;
       if (cache != nullptr) asset_entry = Json::parse(cache->get_derived_data(key).value_or(""));
       if (!asset_entry.is_object()) {
-        asset_entry = drawn_asset(assets[i], results[i], open, sizes);
+        asset_entry = drawn_asset(assets[i], results[i], open_device, sizes);
         if (cache != nullptr)
           cache->put_derived_data(key, asset_entry.with_texts(escape_bytes).dump());
       } else {

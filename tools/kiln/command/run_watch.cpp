@@ -78,8 +78,8 @@ int run_watched(const std::function<std::set<std::string>()>& files,
     for (;;) {
       const auto start = std::chrono::steady_clock::now();
       if (observe_files() != baseline) break;
-      const auto took = std::chrono::steady_clock::now() - start;
-      std::this_thread::sleep_for(std::max<std::chrono::nanoseconds>(kMinPause, took));
+      const auto check_time = std::chrono::steady_clock::now() - start;
+      std::this_thread::sleep_for(std::max<std::chrono::nanoseconds>(kMinPause, check_time));
       if (interrupted()) return kExitCancelled;
     }
     for (Observation last = observe_files();;) {

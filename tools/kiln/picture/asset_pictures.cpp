@@ -173,11 +173,11 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
   }
   NormalMap map;
   Image normals;
-  LitMaps worn;
+  LitMaps lit_maps;
   if (has_own_maps) {
     MaterialAtlases maps =
         make_material_atlases(low_files.nodes_and_materials.materials, low_mesh, warnings);
-    worn = {std::move(maps.color), std::move(maps.occlusion), {}};
+    lit_maps = {std::move(maps.color), std::move(maps.occlusion), {}};
     normals = std::move(maps.normal);
   } else if (choose_texture_sets(low_mesh) != SetsBy::none) {
     result.note = "The low poly has several texture sets, whose maps are not shown.";
@@ -188,10 +188,10 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
       map.flip_y = job.bake.encoding.flip_y;
       map.bitangent = job.bake.encoding.bitangent;
     }
-    worn = lit_maps_of(job, files);
+    lit_maps = lit_maps_of(job, files);
   }
   if (normals.width != 0) map.image = &normals;
-  if (map.image == nullptr && !worn.any() && result.note.empty())
+  if (map.image == nullptr && !lit_maps.any() && result.note.empty())
     result.note = "No map of normals, colours or occlusion was written.";
   ViewArguments view;
   view.square = true;
@@ -202,11 +202,11 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
   options.frame = &dense.mesh;
   const Scene high(device, dense.mesh), low(device, low_mesh, map);
   result.high = high.draw(options);
-  RenderOptions unmapped = options;
-  unmapped.ignore_map = true;
-  result.low = low.draw(unmapped);
+  RenderOptions options_without_maps = options;
+  options_without_maps.ignore_map = true;
+  result.low = low.draw(options_without_maps);
   AnglePictures angles_without_maps;
-  angles_without_maps.add(high, low, unmapped);
+  angles_without_maps.add(high, low, options_without_maps);
   result.without_maps_degrees = angles_without_maps.mean(0);
   AnglePictures angles_with_maps;
   angles_with_maps.add(high, low, options);
@@ -214,9 +214,9 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
   const Scale scale = angles_with_maps.scale();
   result.scale_degrees = scale.end;
   result.errors = angles_with_maps.picture(0, scale);
-  if (map.image == nullptr && !worn.any()) return result;
+  if (map.image == nullptr && !lit_maps.any()) return result;
   result.with_maps = low.draw(options);
-  apply_maps({device, low_mesh}, worn, options, result.with_maps);
+  apply_maps({device, low_mesh}, lit_maps, options, result.with_maps);
   return result;
 }
 

@@ -9,7 +9,7 @@
 
 namespace kiln::cli {
 
-/// A mesh, with the way to draw maps on it.
+/// A mesh, and what is needed to draw maps on it.
 struct MappedMesh {
   const Device& device;
   const Mesh& mesh;

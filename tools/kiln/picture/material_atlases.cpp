@@ -148,7 +148,7 @@ MaterialAtlases make_material_atlases(const std::vector<Material>& materials, Me
                                     &Material::occlusion_map};
   MaterialAtlases maps;
   if (materials.empty() || mesh.uvs.empty()) return maps;
-  const auto leave = [&](const std::string& why) {
+  const auto leave_out = [&](const std::string& why) {
     warnings.push_back({"own-maps", "MESH is shown without the maps of its materials: " + why, 1});
     return MaterialAtlases();
   };
@@ -163,7 +163,7 @@ MaterialAtlases make_material_atlases(const std::vector<Material>& materials, Me
     }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
-    return leave(error.what());
+    return leave_out(error.what());
   }
   if (!slots[0] && !slots[1] && !slots[2]) return maps;
   AtlasLayout sheet;
@@ -189,7 +189,7 @@ MaterialAtlases make_material_atlases(const std::vector<Material>& materials, Me
     return !slot || slot->repeats();
   });
   if ((sheet.rows > 1 || !repeat) && !in_unit_square(mesh)) {
-    return leave(
+    return leave_out(
         "its UVs leave the unit square, but there are several pictures, or pictures that are "
         "transformed, UDIM sets, or do not repeat.");
   }

@@ -47,7 +47,8 @@ std::vector<std::string> plot_files(const std::string& name) {
 std::optional<RunningProgram> start_python() {
   const std::vector<fs::path> pythons = os::programs_of_path("python3", "/usr/bin:/bin");
   if (pythons.empty()) return std::nullopt;
-  // The first Python runs first; the others are passed on, in case it has no matplotlib.
+  // The first Python found is tried first; the others are passed on, in case the first has no
+  // matplotlib.
   std::vector<std::string> command = {pythons.front().string(), "-c", kPlotScript, "-", "-"};
   for (std::size_t i = 1; i < pythons.size(); ++i) command.push_back(pythons[i].string());
   // The working folder is not that of the plot, where Python would import a json.py of the user.
@@ -73,10 +74,10 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     // If Python fails for one plot, it would fail for all.
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
-    if (python && python->began() && !python->has_begun_with_input(text)) python.reset();
+    if (python && python->has_begun() && !python->has_begun_with_input(text)) python.reset();
     if (manual_commands.empty() && !python) python = start_python();
     if (manual_commands.empty() && python) {
-      if (!python->began()) python->begin(text, kLimitSeconds, interrupted);
+      if (!python->has_begun()) python->begin(text, kLimitSeconds, interrupted);
       result = python->finish();
     }
     python.reset();

@@ -141,8 +141,8 @@ def draw_panel(page, data, panel, corner, size):
                panel["unit"] + (" (logarithmic)" if is_log else " (not from 0)"))
     page.text(corner[0], corner[1] - 22, panel["title"])
     runs = [run for mark in marks for run in mark["runs"]]
-    widened = (max(runs) / min(runs)) ** 0.12 * 1.05
-    least, most = min(runs) / widened, max(runs) * widened
+    margin_factor = (max(runs) / min(runs)) ** 0.12 * 1.05
+    least, most = min(runs) / margin_factor, max(runs) * margin_factor
     set_log(axes, "x", least, most, log_ticks(least, most))
     axes.set_ylim(low, high)
     if is_log:

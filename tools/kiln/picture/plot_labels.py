@@ -49,7 +49,7 @@ class LabelPositions:
         self.boxes = boxes = np.concatenate([center - size / 2, center + size / 2], -1)
         self.ends = np.clip(mark, boxes[:, :2], boxes[:, 2:])
         self.mark, self.leader, self.known = mark, gap >= LEADER_GAP, {}
-        # Labels beside a mark are easier to read than above or below it.
+        # Labels beside a mark are easier to read than labels above or below it.
         cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + MARK_RADIUS)
         cost += COST_OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
         for box in list(kept) + [box_around_mark(other) for other in marks]:
@@ -87,14 +87,14 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
               for mark, size in zip(marks, sizes)]
     best, least = {}, np.inf
     for order in range(TRIED_ORDERS):  # orders of labels: each leads to another local minimum
-        turns = list(range(len(labels)))
-        random.Random(order).shuffle(turns)
+        label_order = list(range(len(labels)))
+        random.Random(order).shuffle(label_order)
         chosen, costs, before = {}, {}, None
         for _ in range(30):
             if chosen == before:
                 break
             before = dict(chosen)
-            for i in turns:
+            for i in label_order:
                 cost = labels[i].cost.copy()
                 for k, place in chosen.items():
                     if k != i:

@@ -55,7 +55,8 @@ class AnglePictures {
   /// Adds the angles between the normals of two scenes in a view (Wang, Froehlich, Goebel 2003, figure 4b).
   /// \param view  options for both scenes
   void add(const Scene& high, const Scene& low, RenderOptions view);
-  /// Adds an image of angles in one channel; -1 and -2 have the meaning of normal_angles().
+  /// Adds an image of angles in one channel, in which -1 and -2 mean the same as in
+  /// normal_angles().
   void add(Image values) { angles_.push_back(std::move(values)); }
 
   /// Mean angle of a picture over the pixels that both meshes cover; 0 if there are none.

@@ -97,7 +97,7 @@ class _Errors(dict[str, MapError]):
 class Report:
     """The report of a bake, with attributes such as samples, missed, max_distance and seconds_match.
 
-    errors    error of each map by name: all with report_error=True, else measured on first access, which bakes that map
+    errors    error of each map by name: all with report_error=True, else measure_map on first access, which bakes that map
               again
     warnings  imperfect data that was handled: dicts of code, message and count
     plan      with match="auto": match, size, degrees, wanted, reached; else None
@@ -207,14 +207,14 @@ class Bake(Mapping[str, "np.ndarray"]):
             self._core.save_map(next(iter(self)), target, format or _FORMATS[suffix], dither)
             return [target]
         format = format or "png16"
-        ending = _core.extension_of(format)
+        format_extension = _core.extension_of(format)
         target.mkdir(exist_ok=True)
         # The name of a mesh may come from an untrusted file, so separators of paths are replaced.
         stem = name or re.sub(r"[\x00/\\]", "_", self._core.low_name)
         files = []
         for map_name in self:
             before, after = self._endings
-            files.append(target / f"{stem}{before}_{map_name}{after}{ending}")
+            files.append(target / f"{stem}{before}_{map_name}{after}{format_extension}")
             self._core.save_map(map_name, files[-1], format, dither)
         return files
 
@@ -317,8 +317,8 @@ def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str
 
     rows = []
     for name, value in textures.items():
-        usual = "normal" if name == "normal" else "srgb" if name in ("color", "emission") else "linear"
-        pixels, kind = value if isinstance(value, tuple) and len(value) == 2 else (value, usual)
+        default_kind = "normal" if name == "normal" else "srgb" if name in ("color", "emission") else "linear"
+        pixels, kind = value if isinstance(value, tuple) and len(value) == 2 else (value, default_kind)
         if not isinstance(name, str) or not isinstance(kind, str):
             text = f"textures: names and kinds are text, not {name!r} of the kind {kind!r}."
             raise Error(text, "option-type", "usage", "textures")
@@ -433,15 +433,15 @@ def bake(
     # keeps only the names: a reference cycle would keep the bake's memory until the next garbage collection
     baked = tuple(made)
 
-    def measured(name: str) -> Mapping[str, MapError]:
+    def measure_map(name: str) -> Mapping[str, MapError]:
         if name not in baked:
             return {}
         kept = origin()
-        there = kept is not None and not kept.closed
+        is_source_open = kept is not None and not kept.closed
         token = quiet.set(True)
         try:
             return bake(
-                kept if there else mesh,
+                kept if is_source_open else mesh,
                 given.low,
                 size=size,
                 maps=name if name in names else names,
@@ -449,13 +449,13 @@ def bake(
                 cage_mesh=given.cage,
                 ao_occluders=[*named, *given.others],
                 textures=textures,
-                device="" if there else opened,
+                device="" if is_source_open else opened,
                 **again,
             ).report.errors
         finally:
             quiet.reset(token)
 
-    made.report.errors.measure = measured
+    made.report.errors.measure = measure_map
     return made
 
 

@@ -86,7 +86,7 @@ def path_of(given: Any, parameter: str = "path") -> str:
         pass
     text = f"{parameter}: expected a file's path, not {reprlib.repr(given)}."
     if isinstance(given, (bytes, bytearray, memoryview)):
-        text += " Bytes of a file: kiln.as_mesh(data)."
+        text += " For the bytes of a file, call kiln.as_mesh(data)."
     raise Error(text, "path", "input", parameter)
 
 
@@ -136,14 +136,14 @@ def unknown_keyword(name: str, function: str, own: Iterable[str], near: str | No
 
     names = list(own)
     word = name.lower().replace("-", "_")
-    meant = [other for other in _NAMES_IN_OTHER_PACKAGES.get(word, ()) if other in names]
+    similar_names = [other for other in _NAMES_IN_OTHER_PACKAGES.get(word, ()) if other in names]
     known = [*names, near] if near else names
-    meant = meant or difflib.get_close_matches(word, known, 1, 0.75) or ([near] if near else [])
+    similar_names = similar_names or difflib.get_close_matches(word, known, 1, 0.75) or ([near] if near else [])
     text = f"{function}() got an unexpected keyword argument '{name}'"
-    return TypeError(text + (f"; did you mean {meant[0]}?" if meant else "; kiln.options() lists them"))
+    return TypeError(text + (f"; did you mean {similar_names[0]}?" if similar_names else "; kiln.options() lists them"))
 
 
-#: The texture set that is being baked. Triangles of other sets have no UVs then, which is no warning.
+#: The texture set that is being baked. Triangles of other sets have no UVs meanwhile; no warning is issued for them.
 texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 
 

@@ -481,8 +481,8 @@ def to_glb(
     baked = None if core is None else Bake(core, keywords)
     strength = 1.0
     if baked is not None:
-        ours, strength = _pictures_of(baked, left_out)
-        files = {**ours, **files}
+        baked_pictures, strength = _pictures_of(baked, left_out)
+        files = {**baked_pictures, **files}
     files = {name: files[name] for name in SLOTS if name in files}
     _write(data, path)
     return Glb(data, low, files, baked, strength)

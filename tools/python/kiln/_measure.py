@@ -50,10 +50,10 @@ def _check_layout(low: _core.Mesh, normal: Any) -> None:
     corners = low.uvs[low.uv_faces].astype(np.float64)
     sides = corners[:, 1:] - corners[:, :1]
     texels = 0.5 * np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]) * width * height
-    middles = corners.mean(axis=1)
-    seen = (texels >= 4) & np.all((middles >= 0) & (middles < 1), axis=1)
-    columns = (middles[seen, 0] * width).astype(np.int64)
-    rows = ((1 - middles[seen, 1]) * height).astype(np.int64).clip(0, height - 1)
+    uv_centers = corners.mean(axis=1)
+    seen = (texels >= 4) & np.all((uv_centers >= 0) & (uv_centers < 1), axis=1)
+    columns = (uv_centers[seen, 0] * width).astype(np.int64)
+    rows = ((1 - uv_centers[seen, 1]) * height).astype(np.int64).clip(0, height - 1)
     empty = ~np.isin(coverage[rows, columns], (1, 2))  # the texel is neither baked nor missed
     if empty.sum() > 0.1 * empty.size:
         text = f"{100 * empty.mean():.0f}% of the low poly's triangles lie where the map is empty: the bake belongs to "

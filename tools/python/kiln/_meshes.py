@@ -138,10 +138,10 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
         material = _pbr_of_simple(material)
     pictures = [name for name in _PICTURE_MEMBERS if getattr(material, name, None) is not None]
     factors = [name for name in _FACTOR_MEMBERS if getattr(material, name, None) is not None]
-    of_many = len(getattr(material, "materials", ())) > 0
-    if not pictures and not factors and not of_many:
+    has_several_materials = len(getattr(material, "materials", ())) > 0
+    if not pictures and not factors and not has_several_materials:
         return mesh
-    known = type(material).__module__.startswith("trimesh.") and not of_many
+    known = type(material).__module__.startswith("trimesh.") and not has_several_materials
     if known and (mesh.uvs is not None or not pictures):
         import importlib
 

@@ -11,7 +11,7 @@ from typing import Any
 from . import _core
 from ._errors import Error, unknown_keyword
 
-_known: dict[str, bool] = {}
+_known_keywords: dict[str, bool] = {}
 
 
 def options() -> dict[str, str]:
@@ -29,14 +29,14 @@ def checked(given: Mapping[str, Any], function: str = "bake", own: Iterable[str]
 
     function, own  whose keywords they are, and its own parameters: for messages
     """
-    if not _known:
-        _known.update((name, is_flag) for name, is_flag, text in _core.keywords())
+    if not _known_keywords:
+        _known_keywords.update((name, is_flag) for name, is_flag, text in _core.keywords())
     for name, value in given.items():
-        if name not in _known:
+        if name not in _known_keywords:
             raise unknown_keyword(name, function, own, _core.nearest_keyword(name))
-        if _known[name] and value is not None and not isinstance(value, bool):
+        if _known_keywords[name] and value is not None and not isinstance(value, bool):
             raise Error(f"{name}: expected True or False, not {value!r}.", "option-type", "usage", name)
-    return {name: value for name, value in given.items() if value is not None and not (_known[name] and not value)}
+    return {name: value for name, value in given.items() if value is not None and not (_known_keywords[name] and not value)}
 
 
 def json_of(options: Mapping[str, Any]) -> str:

@@ -2,5 +2,5 @@
 
 from pathlib import Path
 
-#: Path of the driver's library: what KILN_OPENCL_DRIVER, or OCL_ICD_VENDORS of ocl-icd, may be set to.
+# : Path of the driver's library, as a value for KILN_OPENCL_DRIVER, or for OCL_ICD_VENDORS of ocl-icd.
 library = str(Path(__file__).parent / "lib" / "libpocl.so")
