@@ -282,6 +282,17 @@ def test_numbers_of_materials_go_through(nodes):
     assert (pbr["roughnessFactor"], pbr["metallicFactor"]) == (0.25, 1)
 
 
+def test_factors_below_0_are_not_given(nodes):
+    import sys
+
+    factor_of = sys.modules["kiln_nodes.nodes"].factor_of
+    for default in (None, 1.0):
+        assert [factor_of({"roughness_factor": value}, "roughness_factor", default) for value in (0, 0.5, 1)] == [0, 0.5, 1]
+        assert factor_of({"roughness_factor": -1}, "roughness_factor", default) == default
+        assert factor_of({"roughness_factor": None}, "roughness_factor", default) == default
+        assert factor_of({}, "roughness_factor", default) == default
+
+
 def test_pictures_of_materials_go_through_with_their_factors(nodes):
     material = {**MATERIAL, "roughness_factor": 0.5, "emissive_factor": [1, 1, 0.0], "base_color_factor": [0.25, 1, 1, 1]}
     high = painted(
