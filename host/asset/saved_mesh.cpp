@@ -169,20 +169,14 @@ SavedMeshHead check_saved_mesh_head(std::string_view bytes, std::uint64_t size,
 
 /// Checks conditions that validate() does not check: that a reader could have returned the mesh.
 void check_saved_mesh(const Mesh& mesh, const MeshInput& input) {
-  const auto are_named = [&](const std::vector<std::uint32_t>& of, std::size_t names) {
-    return (of.empty() || of.size() == mesh.triangles.size()) &&
-           std::all_of(of.begin(), of.end(), [&](std::uint32_t name) { return name < names; });
-  };
   const auto is_unit_or_zero = [](const Vec3& v) {
     const double squared = double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z;
     return squared == 0 || std::abs(squared - 1) <= kMaxSavedNormalDeviation;
   };
-  if (mesh.triangles.empty() || !are_named(mesh.groups, mesh.group_names.size()) ||
-      !are_named(mesh.objects, mesh.object_names.size()) ||
-      !are_named(mesh.materials, mesh.material_names.size()) ||
+  if (mesh.triangles.empty() ||
       !std::all_of(mesh.normals.begin(), mesh.normals.end(), is_unit_or_zero) ||
       !(mesh.metres >= 0) || !std::isfinite(mesh.metres)) {
-    input.fail("", "its mesh has no triangles, or names or normals that no reader returns",
+    input.fail("", "its mesh has no triangles, or normals or a unit that no reader returns",
                remedy_of_saved_mesh());
   }
 }

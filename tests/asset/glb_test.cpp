@@ -481,6 +481,39 @@ TEST(SaveAsset, HierarchiesAreKept) {
   }
 }
 
+/// Positions within a node that shrinks by 1e-36 would be 1e39, beyond floats: the mesh is no part of the node then,
+/// whichever axis is the long one.
+TEST(SaveAsset, NodesThatShrinkTooMuchHaveNoMesh) {
+  const fs::path path = test::scratch_folder() / "a.glb";
+  constexpr double kScale = 1e-36;
+  for (const auto member : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+    for (const float far : {0.0F, 1000.0F}) {
+      Mesh low = test::cube(1);
+      for (Vec3& p : low.positions) p.*member += far;
+      SaveAssetOptions options;
+      options.nodes = {{"tiny",
+                        AssetNode::kNone,
+                        {kScale, 0, 0, 0, 0, kScale, 0, 0, 0, 0, kScale, 0, 0, 0, 0, 1},
+                        ""}};
+      options.object_nodes = {0};
+      const AssetMaterial material{.name = "m"};
+      save_asset(low, std::span(&material, 1), path, options);
+      EXPECT_EQ(Parsed(path).head["nodes"][0].contains("mesh"), far == 0);
+      const Mesh back = load_mesh(path);
+      ASSERT_EQ(back.triangles.size(), low.triangles.size());
+      for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3 &p = low.positions[low.triangles[t][k]],
+                     &q = back.positions[back.triangles[t][k]];
+          EXPECT_NEAR(p.x, back.origin[0] + q.x, 1e-3);
+          EXPECT_NEAR(p.y, back.origin[1] + q.y, 1e-3);
+          EXPECT_NEAR(p.z, back.origin[2] + q.z, 1e-3);
+        }
+      }
+    }
+  }
+}
+
 /// Colours of vertices are there, but are not multiplied with a picture of colours.
 TEST(SaveAsset, VertexColorsComeBack) {
   const fs::path path = test::scratch_folder() / "a.glb";
@@ -541,6 +574,7 @@ TEST(SaveAsset, RefusesWhatDoesNotHoldTogether) {
   };
   EXPECT_THROW(save({.extras = "1"}), Error);
   EXPECT_THROW(save({.nodes = {{.name = "a"}}}), Error);
+  EXPECT_THROW(save({.nodes = {{.name = "a"}}, .object_nodes = {0, 0}}), Error);
   EXPECT_THROW(save({.nodes = {{.name = "a"}}, .object_nodes = {1}}), Error);
   EXPECT_THROW(save({.nodes = {{.name = "a", .parent = 0}}, .object_nodes = {0}}), Error);
   EXPECT_THROW(save({.nodes = {{.name = "a", .transform = {}}}, .object_nodes = {0}}), Error);

@@ -127,6 +127,35 @@ TEST(Materials, PicturesAreScaledThenMoved) {
   }
 }
 
+/// Options of pictures that are at their default say nothing; each of them with another value is told.
+TEST(Materials, OptionsWithoutEffectAreNotTold) {
+  const auto count_of = [](const std::string& options) {
+    std::vector<Warning> warnings;
+    const std::vector<Material> materials =
+        read("newmtl M\nmap_Kd " + options + " a.png\n", &warnings);
+    EXPECT_EQ(materials.at(0).color_map.file, fs::path("folder/a.png")) << options;
+    return warnings.size();
+  };
+  for (const char* idle : {"-bm 1.0", "-t 0 0 0", "-clamp off", "-cc off", "-blendu on",
+                           "-blendv on", "-mm 0 1", "-clamp on"}) {
+    EXPECT_EQ(count_of(idle), 0U) << idle;
+  }
+  for (const char* told : {"-bm 0.5", "-t 0 0.5 0", "-cc on", "-blendu off", "-blendv off",
+                           "-mm 0 2", "-mm 0.5 1", "-boost 1", "-texres 64", "-imfchan r"}) {
+    EXPECT_EQ(count_of(told), 1U) << told;
+  }
+}
+
+/// Spectra and CIE XYZ are no RGB: such a colour counts as not given.
+TEST(Materials, ColoursOfOtherKindsStayWhite) {
+  for (const char* kind : {"xyz 0.1 0.2 0.3", "spectral red.rfl", "spectral red.rfl 0.5"}) {
+    const Material material = read("newmtl a\nKd " + std::string(kind) + "\nd 0.5\n").at(0);
+    EXPECT_EQ(material.color, Material().color) << kind;
+    EXPECT_EQ(material.color_from, Material().color_from) << kind;
+    EXPECT_EQ(material.opacity, 0.5F) << kind;
+  }
+}
+
 TEST(Materials, RefusesWhatIsNoNumber) {
   EXPECT_THROW(read("newmtl a\nKd 1 red 0\n"), Error);
   EXPECT_THROW(read("newmtl a\nd\n"), Error);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "asset/mesh_files.h"
+#include "asset/stl_triangles.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
 
@@ -337,6 +338,24 @@ TEST(MeshIo, WeldsManyStlCorners) {
   }
   EXPECT_EQ(load_text("soup.stl", binary_stl(triangles)).mesh.positions.size(),
             3 * triangles.size());
+}
+
+/// Memory is checked before the table grows: for twice as many slots as vertices, and for vertices that will follow.
+TEST(MeshIo, WelderChecksMemoryBeforeItGrows) {
+  using Position = std::array<float, 3>;
+  std::vector<Position> positions;
+  std::size_t checks = 0;
+  CornerWelder<Position> welder(positions, 5, [&](std::size_t slots, std::size_t vertices) {
+    ++checks;
+    EXPECT_GE(slots, 2 * vertices);
+    EXPECT_GT(vertices, positions.size());
+  });
+  EXPECT_EQ(checks, 1U);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    EXPECT_EQ(welder.add({static_cast<float>(i), 0, 0}), i);
+    EXPECT_EQ(welder.add({static_cast<float>(i / 2), -0.0F, 0}), i / 2);
+  }
+  EXPECT_GE(checks, 5U);
 }
 
 TEST(MeshIo, ReadsOffWithItsVariants) {

@@ -13,6 +13,7 @@
 #include "batch/checks.h"
 #include "batch/schema_check.h"
 #include "cli/call.h"
+#include "command/run_page.h"
 #include "kiln/image.h"
 #include "picture/asset_pictures.h"
 #include "report/console.h"
@@ -282,6 +283,36 @@ TEST(MapPictures, HaveTheValuesOfTheirChannels) {
   ASSERT_EQ(maps[0].picture.height, 1U);
   EXPECT_NEAR(maps[0].picture.pixels[0], (0 + 1 + 4 + 5) / 4.0 / 8, 1e-6);
   EXPECT_EQ(maps[0].width, 4U);
+}
+
+/// Pictures and maps of a page are the largest whose bytes are within the budget, 48 and 96 MB, or the smallest sizes.
+/// Assets without files have no pictures, and files that are no maps no map.
+TEST(Page, PicturesShareABudgetOfBytes) {
+  const auto sizes_of = [](std::size_t assets, std::size_t maps_each) {
+    std::vector<AssetResult> results(assets);
+    for (AssetResult& result : results) {
+      result.files = {"a.obj", "a.kiln.json"};
+      for (std::size_t i = 0; i < maps_each; ++i) result.files.push_back("a.png");
+    }
+    results.resize(2 * assets + 5);  // Failed assets
+    return cli::choose_page_sizes(results);
+  };
+  const auto expect_largest = [](double count, std::uint32_t side, std::uint32_t most,
+                                 std::uint32_t least, double budget) {
+    const auto bytes = [&](double of_side) { return count * of_side * of_side * 1.5; };
+    EXPECT_TRUE(bytes(side) <= budget || side == least) << count << ": " << side;
+    EXPECT_TRUE(side == most || bytes(2.0 * side) > budget) << count << ": " << side;
+    EXPECT_GE(side, least);
+  };
+  for (const std::size_t assets : {0U, 1U, 122U, 123U, 300U, 489U, 5000U}) {
+    for (const std::size_t maps : {0U, 1U, 3U, 20U}) {
+      const cli::PageSizes sizes = sizes_of(assets, maps);
+      expect_largest(4.0 * static_cast<double>(assets), sizes.picture, 256, 64, 48e6);
+      expect_largest(static_cast<double>(assets * maps), sizes.map, 512, 32, 96e6);
+    }
+  }
+  EXPECT_EQ(sizes_of(122, 1).picture, 256U);
+  EXPECT_EQ(sizes_of(123, 1).picture, 128U);
 }
 
 TEST(Page, IsOpenedClickedSortedAndFiltered) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -273,6 +274,160 @@ TEST(CageCommand, ADrawnOneObeysFlagsOfTheMatch) {
     pictures.push_back(load_image(folder / "p.png").pixels);
   }
   EXPECT_TRUE(pictures[0] != pictures[1]);
+}
+
+/// A picture by `kiln render` of a file in a folder, without shadows.
+Image render(const fs::path& folder, const std::string& mesh, std::vector<std::string> flags) {
+  std::vector<std::string> line = {"render",    folder / mesh,
+                                   "--out",     folder / "picture.png",
+                                   "--quiet",   "--ambient-rays",
+                                   "0",         "--square",
+                                   "--size",    "128",
+                                   "--samples", "1"};
+  line.insert(line.end(), flags.begin(), flags.end());
+  const ProcessResult result = call_kiln(line);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  return load_image(folder / "picture.png");
+}
+
+std::size_t differing_pixels(const Image& a, const Image& b) {
+  EXPECT_EQ(a.width, b.width);
+  EXPECT_EQ(a.pixels.size(), b.pixels.size());
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.pixels.size() && i < b.pixels.size(); i += 3)
+    count += std::equal(&a.pixels[i], &a.pixels[i] + 3, &b.pixels[i]) ? 0 : 1;
+  return count;
+}
+
+/// A box seen from the front is 30% of its colour over what lies behind it, within four edges without a gap.
+TEST(DrawnCage, IsTintedWithinItsEdges) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(0.4), folder / "low.obj");
+  save_obj(test::cube(1), folder / "box.obj");
+  const Image picture = render(folder, "low.obj",
+                               {"--draw-cage", "--cage-mesh", folder / "box.obj", "--view", "0,0"});
+  // The same background, with all meshes in a few pixels of its middle
+  const Image background = render(folder, "low.obj", {"--view", "0,0", "--zoom", "0.01"});
+  const auto is_edge = [&](std::size_t x, std::size_t y) { return picture.at(x, y)[2] < 0.4F; };
+  std::size_t first = picture.width, last = 0;
+  for (std::size_t i = 0; i < picture.width; ++i) {
+    if (!is_edge(i, picture.height / 2)) continue;
+    first = std::min(first, i);
+    last = i;
+  }
+  // The box fills most of the picture, in its middle.
+  ASSERT_GT(last, first + picture.width / 2);
+  EXPECT_NEAR(static_cast<double>(first + last), picture.width - 1, 1.5);
+  for (std::size_t i = first; i <= last; ++i) {
+    for (const std::size_t side : {first, last}) {
+      const std::size_t inner = side == first ? side + 1 : side - 1;
+      EXPECT_TRUE(is_edge(side, i) || is_edge(inner, i)) << side << ", " << i;
+      EXPECT_TRUE(is_edge(i, side) || is_edge(i, inner)) << i << ", " << side;
+    }
+  }
+  // Beside the low poly and off the edges of both triangulations of a face
+  const std::size_t x = (first + last) / 2, y = first + (last - first) / 8;
+  const std::array<float, 3> tint = {0.98F, 0.62F, 0.16F};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float behind = background.at(x, y)[c];
+    EXPECT_NEAR(picture.at(x, y)[c], behind + 0.3F * (tint[c] - behind), 1.5 / 255);
+    EXPECT_EQ(picture.at(x, first - 3)[c], background.at(x, first - 3)[c]);
+  }
+}
+
+/// Edges that the box hides are not drawn: it looks as do the three faces that are seen.
+TEST(DrawnCage, HidesItsOwnEdges) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(0.4), folder / "low.obj");
+  Mesh box = test::cube(1);
+  save_obj(box, folder / "box.obj");
+  std::erase_if(box.triangles, [&](const Triangle& t) {
+    const auto lies_at_one = [&](auto member) {
+      return std::all_of(t.begin(), t.end(),
+                         [&](std::uint32_t v) { return box.positions[v].*member > 0; });
+    };
+    return !lies_at_one(&Vec3::x) && !lies_at_one(&Vec3::y) && !lies_at_one(&Vec3::z);
+  });
+  ASSERT_EQ(box.triangles.size(), 6U);
+  box.uvs.clear();
+  box.uv_triangles.clear();
+  box.normals.clear();
+  box.normal_triangles.clear();
+  save_obj(box, folder / "seen.obj");
+  const auto draw = [&](const std::string& cage) {
+    return render(folder, "low.obj",
+                  {"--draw-cage", "--cage-mesh", folder / cage, "--view", "35,25"});
+  };
+  const Image whole = draw("box.obj"), seen = draw("seen.obj");
+  // Each of the three hidden edges would add some 50.
+  EXPECT_LT(differing_pixels(whole, seen), 80U);
+}
+
+/// A cage within the low poly leaves the low poly's colour, but for the lines of its edges.
+TEST(DrawnCage, DoesNotTintWhatIsInFrontOfIt) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(1), folder / "low.obj");
+  save_obj(test::cube(0.5), folder / "inner.obj");
+  const Image plain = render(folder, "low.obj", {"--view", "0,0"});
+  const Image caged = render(folder, "low.obj",
+                             {"--draw-cage", "--cage-mesh", folder / "inner.obj", "--view", "0,0"});
+  // Each face has one colour.
+  const std::size_t middle = plain.width / 2, off = plain.width / 4;
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(caged.at(middle, off)[c], plain.at(middle, off)[c], 1.5 / 255);
+}
+
+/// Far from the origin, where files state positions from a point of their own, the picture stays the same.
+TEST(DrawnCage, LiesOverTheLowPolyFarFromTheOrigin) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  std::vector<Image> pictures;
+  for (const float far : {0.0F, 4096.0F}) {
+    for (const auto& [side, name] : {std::pair(0.4, "low.obj"), std::pair(1.0, "box.obj")}) {
+      Mesh cube = test::cube(side);
+      for (Vec3& p : cube.positions) p = {p.x + far, p.y - far, p.z + 2 * far};
+      save_obj(cube, folder / name);
+    }
+    pictures.push_back(render(
+        folder, "low.obj", {"--draw-cage", "--cage-mesh", folder / "box.obj", "--view", "35,25"}));
+  }
+  EXPECT_LT(differing_pixels(pictures[0], pictures[1]), 30U);
+}
+
+/// A length in percent is a share of HIGH's diagonal.
+TEST(DrawnCage, LengthInPercentIsOfTheDiagonal) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(0.9), folder / "low.obj");
+  save_obj(test::cube(1), folder / "high.obj");  // a diagonal of sqrt(3)
+  std::vector<Image> pictures;
+  for (const char* length : {"10%", "0.17320508"}) {
+    pictures.push_back(render(
+        folder, "low.obj",
+        {"--draw-cage", "--cage", length, "--reference", folder / "high.obj", "--view", "35,25"}));
+  }
+  EXPECT_LT(differing_pixels(pictures[0], pictures[1]), 10U);
+}
+
+/// Pictures side by side: equal meshes give equal panels, with a white gap of 1/256 of a panel's width between them.
+TEST(RenderCommand, PanelsStandSideBySide) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::cube(1), folder / "mesh.obj");
+  const ProcessResult result = call_kiln(
+      {"render", folder / "mesh.obj", "--reference", folder / "mesh.obj", "--out", folder / "p.png",
+       "--quiet", "--ambient-rays", "0", "--square", "--size", "512", "--samples", "1"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const Image picture = load_image(folder / "p.png");
+  ASSERT_EQ(picture.width, 512U + 2 + 512);
+  ASSERT_EQ(picture.height, 512U);
+  for (std::uint32_t y = 0; y < 512; ++y) {
+    ASSERT_TRUE(std::equal(picture.at(0, y), picture.at(512, y), picture.at(514, y))) << y;
+    for (std::size_t i = 0; i < 6; ++i) ASSERT_EQ(picture.at(512, y)[i], 1.0F) << y;
+  }
 }
 
 }  // namespace

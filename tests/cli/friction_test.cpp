@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -262,6 +263,21 @@ TEST(Friction, SaysWhatExcludesAndNeedsWhat) {
                  {"--keep-parts needs --faces", "add it"});
   expect_refused(call_kiln({"bake", "a", "b", "--out", "c", "--flip-y=maybe"}),
                  {"--flip-y takes no value"});
+  const auto volume = [](std::vector<std::string> more) {
+    more.insert(more.begin(), {"volume", "a.nrrd", "--out", "b", "--iso", "1"});
+    return call_kiln(more);
+  };
+  for (const auto& [flag, value, other] :
+       {std::tuple("--outer-gap", "1", "--outer"), std::tuple("--raw-type", "u8", "--raw-size"),
+        std::tuple("--raw-spacing", "1,1,1", "--raw-size")}) {
+    expect_refused(volume({flag, value}),
+                   {std::string(flag) + " needs " + other + ": add it, or leave " + flag + " out"});
+  }
+  expect_refused(volume({"--faces", "9", "--error", "1"}),
+                 {"--error and --faces exclude each other: leave one of them out"});
+  // A flag without a value may be given again, as scripts do.
+  const ProcessResult twice = volume({"--outer", "--outer", "--quiet", "--quiet"});
+  EXPECT_EQ(twice.errors.find(" times"), std::string::npos) << twice.errors;
 }
 
 TEST(Friction, TakesNamesInCapitalsAndWithBlanks) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/call.h"
+#include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
@@ -135,6 +136,84 @@ TEST(VolumeCommand, BakesTheLongWay) {
     // The map is fine, but holds no normals between fine vertices.
     for (const json& warning : report["warnings"]) EXPECT_NE(warning["code"], "map-too-fine");
   }
+}
+
+/// Options of the bake from the full contour reach it: each changes the map or its report as the help says.
+TEST(VolumeCommand, BakesWithItsOptions) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  Image map;
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"volume",   scene / "ball.nrrd",
+                                      "--iso",    "127.5",
+                                      "--faces",  "400",
+                                      "--size",   "128",
+                                      "--out",    scene / "out",
+                                      "--json",   scene / "r.json",
+                                      "--format", "exr32",
+                                      "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = call_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    map = load_image(scene / "out" / "ball_low_normal.exr");
+    return read_json(scene / "r.json");
+  };
+  const json direct = run({});
+  EXPECT_FALSE(direct.contains("bake"));
+  EXPECT_GT(direct["map"]["splatted_texels"], 0);
+  const json baked = run({"--match", "ray", "--max-distance", "3", "--chart-border", "4"});
+  EXPECT_TRUE(baked["map"]["splatted_texels"].is_null());
+  EXPECT_GT(baked["bake"]["texels"]["gutter"], 0);
+  EXPECT_EQ(baked["bake"]["texels"]["samples"], baked["bake"]["texels"]["covered"]);
+  const Image up = map;
+  run({"--match", "ray", "--max-distance", "3", "--chart-border", "4", "--flip-y"});
+  ASSERT_EQ(up.pixels.size(), map.pixels.size());
+  for (std::size_t i = 0; i < map.pixels.size(); ++i) {
+    ASSERT_NEAR(map.pixels[i], i % 3 == 1 ? 1 - up.pixels[i] : up.pixels[i], 1e-6) << i;
+  }
+  const json fine = run({"--match", "ray", "--max-distance", "3", "--samples", "3"});
+  EXPECT_GT(fine["bake"]["texels"]["samples"].get<int>(),
+            4 * fine["bake"]["texels"]["covered"].get<int>());
+  const json near = run({"--match", "ray", "--max-distance", "0.01"});
+  EXPECT_GT(near["bake"]["texels"]["missed"].get<int>(),
+            baked["bake"]["texels"]["missed"].get<int>() + 100);
+}
+
+/// Levels share what was chosen for the first one: the parts that are left out, and whether handles may be lost.
+TEST(VolumeCommand, LevelsShareWhatWasChosen) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  // A ball, and 216 specks in the opposite corner
+  save_nrrd(test::make_volume<std::uint8_t>(
+                {48, 48, 48}, VoxelType::u8,
+                [](double x, double y, double z) {
+                  const bool speck = x < 24 && y < 24 && z < 24 && std::fmod(x, 4) == 2 &&
+                                     std::fmod(y, 4) == 2 && std::fmod(z, 4) == 2;
+                  const double ball = test::sphere_field(x - 34, y - 34, z - 34, 11);
+                  return speck ? 255.0 : std::clamp(128 + 20 * ball, 0.0, 255.0);
+                }),
+            scene / "specks.nrrd");
+  save_nrrd(test::make_volume<std::uint8_t>({48, 48, 48}, VoxelType::u8,
+                                            [](double x, double y, double z) {
+                                              const double v = test::gyroid_field(x, y, z, 12);
+                                              return std::clamp(128 + 60 * v, 0.0, 255.0);
+                                            }),
+            scene / "gyroid.nrrd");
+  const auto levels = [&](const std::string& name) {
+    const ProcessResult result = call_kiln(
+        {"volume", scene / (name + ".nrrd"), "--iso", "128", "--faces", "600", "--size", "128",
+         "--lod", "2", "--out", scene / "out", "--json", scene / "r.json", "--quiet"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return read_json(scene / "out" / (name + "_lods.json"))["levels"];
+  };
+  ASSERT_EQ(levels("specks").size(), 2U);
+  EXPECT_GT(read_json(scene / "r.json")["contour"]["parts"], 100);
+  for (const char* level : {"specks_lod0.obj", "specks_lod1.obj"})
+    EXPECT_EQ(test::topology(load_mesh(scene / "out" / level)).parts, 1U) << level;
+  const json free = levels("gyroid");
+  EXPECT_EQ(read_json(scene / "r.json")["used"]["topology"], "free");
+  ASSERT_EQ(free.size(), 2U);
+  EXPECT_LE(free[1]["faces"], 150);
 }
 
 TEST(VolumeCommand, OuterSurfaceAlone) {

@@ -167,6 +167,20 @@ TEST(NormalChannels, WhatIsAskedForIsDoneAndDoubted) {
   }
 }
 
+/// Waves along the diagonal, where x is y, are no grey picture, whatever their opacity.
+TEST(NormalChannels, EqualXAndYAreNoGrey) {
+  std::vector<Normal> normals;
+  for (std::size_t i = 0; i < std::size_t{kSide} * kSide; ++i) {
+    const double slope = 0.5 * std::sin(0.37 * static_cast<double>(i));
+    normals.push_back({slope, slope, std::sqrt(1 - 2 * slope * slope)});
+  }
+  const Image image = encoded(normals, [](const Normal& n) {
+    return std::vector{n[0], n[1], n[2], 0.3};
+  });
+  EXPECT_FALSE(NormalChannels::of(image, NormalTextureFormat::automatic).computes_z);
+  EXPECT_FALSE(NormalChannels::of(image, NormalTextureFormat::opengl).contradicts_format);
+}
+
 TEST(NormalChannels, MapsOfThreeChannelsStayAsTheyAre) {
   // Flat, nearly flat, and flat beside a few bumps: blue is all but constant.
   const std::vector<Normal> flat(std::size_t{kSide} * kSide, {0, 0, 1});

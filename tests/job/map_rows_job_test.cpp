@@ -41,6 +41,7 @@ Job job_of(const fs::path& folder) {
   job.bake.match.max_distance = Length::absolute(0.5);
   // A range that some heights exceed
   job.bake.encoding.ranges = {{MapKind{"height"}, {0, 0.04F}}};
+  job.bake.encoding.origin = std::array<double, 3>{1, 2.5, -3};
   return job;
 }
 
@@ -92,6 +93,45 @@ TEST(JobMapRows, FilesWarningsAndReportAreTheSame) {
     EXPECT_EQ(rows.warnings.find("beyond-range") == std::string::npos, is_exr) << rows.warnings;
     EXPECT_EQ(rows.report.find("\"mean\"") != std::string::npos,
               format == ImageFormat::png8 || format == ImageFormat::tga);
+  }
+}
+
+/// Mip chains and layers need whole images: they are as with any other job.
+TEST(JobMapRows, WhatNeedsWholeImagesIsTheSame) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = scratch_folder() / "maps";
+  for (const bool mips : {true, false}) {
+    Job job = job_of(folder);
+    job.bake.samples = 1;
+    job.image.format = ImageFormat::exr_half;
+    job.bake.encoding.mips = mips;
+    job.layers = !mips;
+    const Written rows = run_to(job, false), whole = run_to(job, true);
+    EXPECT_GT(whole.files.size(), 0U);
+    EXPECT_TRUE(rows.files == whole.files) << mips;
+    EXPECT_EQ(rows.report, whole.report);
+    job.bake.encoding.mips = job.layers = false;
+    EXPECT_FALSE(run_to(job, false).files == whole.files) << mips;
+  }
+}
+
+/// Maps that are baked for others alone are not written.
+TEST(JobMapRows, MapsThatAreNotWrittenAreNoFiles) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = scratch_folder() / "maps";
+  Job job = job_of(folder);
+  job.bake.samples = 1;
+  RunHooks hooks;
+  hooks.not_written = {"position", "mask"};
+  check(job);
+  run_job([] { return *device(); }, job, {}, hooks);
+  for (const char* map : {"normal", "height", "vertex_color", "position", "mask"}) {
+    bool found = false;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const std::string stem = entry.path().stem().string();
+      found = found || stem.ends_with(std::string("_") + map);
+    }
+    EXPECT_EQ(found, !hooks.not_written.contains(map)) << map;
   }
 }
 

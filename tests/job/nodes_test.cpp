@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "job/job_scene.h"
+#include "job/mesh_files.h"
 
 namespace kiln::test {
 namespace {
@@ -55,6 +56,65 @@ std::size_t place_of_mesh(const json& nodes, std::size_t mesh, std::size_t depth
     }
   }
   return nodes.size();
+}
+
+/// Of several files nodes and materials follow one another, and the first one that states what belongs to the whole
+/// scene does so.
+TEST(JobNodes, OfSeveralFilesFollowOneAnother) {
+  const auto file_of = [](const std::string& name, bool states) {
+    Asset asset;
+    asset.mesh = square_at(0, 0, "m of " + name);
+    asset.mesh.object_names = {name};
+    asset.mesh.objects.assign(asset.mesh.triangles.size(), 0);
+    asset.materials.resize(1);
+    asset.nodes.resize(2);
+    asset.nodes[0].name = "root of " + name;
+    asset.nodes[1].name = name;
+    asset.nodes[1].parent = 0;
+    asset.object_nodes = {1};
+    if (states) asset.extras = asset.copyright = asset.scene = name;
+    return JobInput(asset, name);
+  };
+  std::vector<Warning> warnings;
+  const MeshFiles files = load_meshes({file_of("a", false), file_of("b", true), file_of("c", true)},
+                                      {}, true, warnings, true);
+  const Asset& all = files.nodes_and_materials;
+  ASSERT_EQ(all.nodes.size(), 6U);
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(all.nodes[i].parent, i % 2 == 0 ? AssetNode::kNone : i - 1);
+  }
+  EXPECT_EQ(all.object_nodes, (std::vector<std::uint32_t>{1, 3, 5}));
+  EXPECT_EQ(all.mesh.object_names, (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_EQ(all.materials.size(), 3U);
+  for (const std::string* text : {&all.extras, &all.copyright, &all.scene}) EXPECT_EQ(*text, "b");
+  // Each triangle is of its file, the first and the last of each included.
+  ASSERT_EQ(files.first.size(), 4U);
+  for (std::size_t f = 0; f < 3; ++f) {
+    EXPECT_EQ(files.file_of(files.first[f]), files.files[f]);
+    EXPECT_EQ(files.file_of(files.first[f + 1] - 1), files.files[f]);
+  }
+}
+
+/// Groups that share UVs get UVs of their own, each moved by its group.
+TEST(JobNodes, MovedUvsAreOfTheirGroup) {
+  Mesh mesh = square_at(0, 0, "m");
+  const Mesh before = mesh;
+  std::vector<std::size_t> groups;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) groups.push_back(t % 3);
+  move_uvs(
+      groups,
+      [](std::size_t group, const Vec2& uv) {
+        return Vec2{uv.x + static_cast<float>(group), uv.y};
+      },
+      mesh);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2 &uv = mesh.uvs[mesh.uv_triangles[t][k]],
+                 &was = before.uvs[before.uv_triangles[t][k]];
+      EXPECT_EQ(uv.x, was.x + static_cast<float>(groups[t]));
+      EXPECT_EQ(uv.y, was.y);
+    }
+  }
 }
 
 TEST(JobNodes, AreThoseOfTheObjectsNames) {

@@ -106,6 +106,18 @@ def test_layouts_and_types_that_mean_the_same_are_the_same():
 
 
 @pytest.mark.no_device
+@pytest.mark.parametrize("dtype, most", [(np.uint8, 255), (np.uint16, 65535)])
+def test_whole_numbers_of_pictures_are_shares_of_the_largest(dtype, most):
+    from kiln._arrays import image
+
+    steps = np.array([[0, 1, most // 2, most - 1, most]], dtype)
+    shares = image(steps, "maps")
+    assert shares.shape == (1, 5, 1) and shares.dtype == np.float32
+    assert shares[0, 0, 0] == 0 and shares[0, -1, 0] == 1
+    np.testing.assert_allclose(shares[..., 0], steps / most, rtol=1e-7)
+
+
+@pytest.mark.no_device
 def test_what_gives_itself_by_dlpack():
     class Tensor:
         def __init__(self, array):

@@ -282,6 +282,45 @@ def test_numbers_of_materials_go_through(nodes):
     assert (pbr["roughnessFactor"], pbr["metallicFactor"]) == (0.25, 1)
 
 
+def test_a_look_has_what_its_material_states(nodes):
+    import sys
+
+    def look_of(**fields):
+        return sys.modules["kiln_nodes.nodes"].MaterialLook(Mesh(None, None, **fields), 0)
+
+    surface = np.full((1, 4, 4, 3), 0.5, np.float32)
+    plain = look_of(metallic_roughness=surface)
+    assert set(plain.pictures) == {"roughness", "metallic"} and not plain.numbers
+    factors = {"occlusion_strength": 0.5, "roughness_factor": 0.5, "metallic_factor": 0, "base_color_factor": (1, 1, 1, 0.25)}
+    look = look_of(metallic_roughness=surface, occlusion_in_mr=True, material=factors)
+    for name, value in (("ao", 0.75), ("roughness", 0.25), ("metallic", 0)):
+        np.testing.assert_allclose(look.pictures[name], value)
+    assert look.numbers == {"opacity": 0.25}
+    assert look_of(material={"base_color_factor": (0.5, 0.5, 0.5, 1)}).numbers == {}
+
+
+@pytest.mark.parametrize("clean", [True, False])
+def test_hidden_parts_go_where_repairs_are_wanted(nodes, clean):
+    """A ball within a ball, which no view from outside sees."""
+    vertices, faces = ball(24)
+    both = np.concatenate([vertices, 0.3 * vertices]).astype(np.float32)
+    high = Mesh(Tensor(both[None]), Tensor(np.concatenate([faces, faces + len(vertices)])[None]))
+    light = run(nodes, "KilnSimplify", mesh=high, target_face_count=800, clean=clean)["mesh"]
+    radii = np.linalg.norm(np.asarray(light.vertices[0]), axis=1)
+    assert (radii.min() > 0.5 * radii.max()) == clean
+
+
+def test_factors_below_0_are_not_given(nodes):
+    import sys
+
+    factor_of = sys.modules["kiln_nodes.nodes"].factor_of
+    for default in (None, 1.0):
+        assert [factor_of({"roughness_factor": value}, "roughness_factor", default) for value in (0, 0.5, 1)] == [0, 0.5, 1]
+        assert factor_of({"roughness_factor": -1}, "roughness_factor", default) == default
+        assert factor_of({"roughness_factor": None}, "roughness_factor", default) == default
+        assert factor_of({}, "roughness_factor", default) == default
+
+
 def test_pictures_of_materials_go_through_with_their_factors(nodes):
     material = {**MATERIAL, "roughness_factor": 0.5, "emissive_factor": [1, 1, 0.0], "base_color_factor": [0.25, 1, 1, 1]}
     high = painted(

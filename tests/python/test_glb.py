@@ -854,6 +854,41 @@ def test_arrays_are_in_the_scene_space_of_turned_and_stretched_nodes(tmp_path):
     assert (np.cross(b - a, c - a) @ normal > 0).all()
 
 
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (2, -1, 3), (-1, -2, 1)])
+def test_arrays_of_mirrored_nodes_keep_their_outside_and_their_tangents(scale):
+    """Faces look along their normals, and tangents and bitangents point where u and v grow."""
+    vertices, faces, uvs = sheet(4, waves)
+    made = kiln.pack_glb(kiln.Mesh(vertices, faces, uvs), {"normal": np.full((2, 2, 3), [0.5, 0.5, 1])}, double_sided=True).data
+    document = document_of(made)
+    (index,) = document["scenes"][0]["nodes"]
+    document["nodes"][index]["scale"] = list(scale)
+    arrays = kiln._glb.arrays_of(with_document(made, document))
+    assert (arrays["vertices"].max(axis=0)[:2] > 0).tolist() == [side > 0 for side in scale[:2]]
+    corner = arrays["faces"][:, 0]
+    along = [arrays["vertices"][arrays["faces"][:, k]] - arrays["vertices"][corner] for k in (1, 2)]
+    (u1, v1), (u2, v2) = ((arrays["uvs"][arrays["faces"][:, k]] - arrays["uvs"][corner]).T[..., None] for k in (1, 2))
+    area = u1 * v2 - u2 * v1
+    grows_u, grows_v = (along[0] * v2 - along[1] * v1) / area, (along[1] * u1 - along[0] * u2) / area
+    normals, tangents = arrays["normals"][corner], arrays["tangents"][corner]
+    bitangents = tangents[:, 3:] * np.cross(normals, tangents[:, :3])
+    for a, b in ((np.cross(*along), normals), (tangents[:, :3], grows_u), (bitangents, grows_v)):
+        assert (np.einsum("ij,ij->i", a, b) > 0).all()
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+def test_places_without_a_point_are_filled_from_the_others(samples):
+    """HIGH lies over half of the map and half a texel more. Texels have the mean of the samples that found a point, and
+    the others, far beyond the padding, have the colours of these."""
+    vertices, faces, uvs = sheet(8, lambda x, y: 0 * x)
+    high, low = kiln.Mesh(vertices * [64.5 / 128, 1, 1], faces), kiln.Mesh(vertices, faces, uvs)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = kiln.match(high, low, size=128, max_distance=0.01, samples=samples)
+    assert found.samples == samples and 0.4 < (found.face < 0).mean() < 0.6
+    color = kiln.sampled(found, lambda places: np.full((len(places), 3), 0.5), padding=4)["color"]
+    np.testing.assert_allclose(color, 0.5, atol=1e-6)
+
+
 def test_own_emission_has_a_strength_of_1(pbr):
     glow = kiln.to_glb(
         pbr, faces_target=100, texture_size=64, maps=["normal", "emission"], sample=lambda p: {"emission": np.full((len(p), 3), 0.5)}

@@ -51,3 +51,14 @@ def test_tqdm():
     with tqdm.tqdm(total=1, disable=False, file=open("/dev/null", "w")) as bar:
         kiln.to_glb(*ball(16), faces_target=200, texture_size=256, progress=bar)
         assert 0.5 < bar.n <= 1.0001
+
+
+@pytest.mark.no_device
+@pytest.mark.parametrize("degrees, words", [(2.5, "deviate by 2.5 degrees, but 2 "), (2, "A map exceeds"), (1, "A map exceeds")])
+def test_a_bound_that_is_missed_is_named(degrees, words):
+    """Normals within their bound are no reason: then it is another map's bound."""
+    from kiln._bake import warn_not_reached
+
+    with pytest.warns(kiln.KilnWarning, match=words) as caught:
+        warn_not_reached({"degrees": degrees, "wanted": 2})
+    assert [warning.message.code for warning in caught] == ["error-not-reached"]

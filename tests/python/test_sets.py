@@ -57,6 +57,15 @@ def test_sets_are_the_commands(sets, tmp_path, command):
         assert file.read_bytes() == (tmp_path / "theirs" / file.name).read_bytes(), file.name
 
 
+def test_sets_whose_names_differ_in_case_have_their_own_files(tmp_path):
+    low = tiled()
+    uvs = low.uvs - (np.arange(50) >= 25)[:, None]
+    low = kiln.Mesh(low.vertices, low.faces, uvs, materials=low.materials, material_names=["skin", "Skin"], name="flat")
+    baked = kiln.bake_sets(two_waves(), low, size=16, sets="material")
+    files = [file.name for bake in baked.values() for file in bake.save(tmp_path)]
+    assert files == ["flat_skin_normal.png", "flat_Skin_2_normal.png"]
+
+
 def test_sizes_of_sets():
     seen = []
     baked = kiln.bake_sets(

@@ -110,6 +110,16 @@ TEST(SavedMesh, EveryMemberComesBack) {
   EXPECT_EQ(saved.other_uvs, mesh.other_uvs);
 }
 
+/// Lists at the end of a file may be of many short elements.
+TEST(SavedMesh, ShortNamesAndEmptySetsComeBack) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  for (std::size_t i = 0; i < 64; ++i) mesh.material_names.push_back(i % 2 == 0 ? "" : "m");
+  mesh.materials = {63};
+  EXPECT_EQ(read_bytes(saved_bytes(mesh)).material_names, mesh.material_names);
+}
+
 TEST(SavedMesh, EmptyMembersComeBackEmpty) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

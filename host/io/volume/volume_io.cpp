@@ -53,7 +53,7 @@ std::string looks_like(std::string_view head) {
   if (at(0, "\x20\x42\x44\x56")) return "OpenVDB";
   if (at(128, "DICM")) return "DICOM";
   if (at(0, "\x89HDF")) return "HDF5";
-  if (at(0, "II*") || at(0, "MM\0*")) return "a TIFF image";
+  if (at(0, "II*") || at(0, std::string_view("MM\0*", 4))) return "a TIFF image";
   if (at(0, "\x89PNG")) return "a PNG image";
   if (at(0, "PK\x03\x04")) return "a ZIP archive";
   if (at(0, "\x1f\x8b")) return "a gzip archive";

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/image/stored_error.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 
 namespace kiln {
@@ -80,6 +81,28 @@ TEST(ImageRows, AreTheBytesOfTheWholeImage) {
         EXPECT_TRUE(bytes_of(divided) == expected)
             << extension << ' ' << width << " x " << height << " in steps of " << step;
       }
+    }
+  }
+}
+
+/// A band of wide rows has eight of them: files are whole where the last band has one row, or all.
+TEST(ImageRows, TheLastRowsComeBack) {
+  const fs::path path = test::scratch_folder() / "a.png";
+  for (const std::uint32_t height : {1U, 7U, 8U, 9U, 15U, 16U, 17U, 65U}) {
+    Image image{16384, height, 1, {}};
+    for (std::uint32_t y = 0; y < height; ++y) {
+      for (std::uint32_t x = 0; x < image.width; ++x)
+        image.pixels.push_back(static_cast<float>((31 * y + x / 64) % 257) / 256);
+    }
+    const std::unique_ptr<ImageRows> rows =
+        save_image_rows({image.width, height, 1}, path, {ImageFormat::png16});
+    rows->put(image);
+    rows->commit();
+    const Image back = load_image(path);
+    ASSERT_EQ(back.height, height);
+    for (std::size_t i = 0; i < image.pixels.size(); i += 61) {
+      ASSERT_NEAR(back.pixels[i * back.channels], image.pixels[i], 0.6 / 65535)
+          << height << ' ' << i;
     }
   }
 }

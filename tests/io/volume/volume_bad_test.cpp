@@ -86,6 +86,20 @@ TEST(BadVolume, FilesOfAnotherFormatThanTheirName) {
   expect_bad("v.nii.gz", "\x1f\x8bxxxxxxxxxxxxxxxxx", {"byte", "damaged"});
 }
 
+/// Files of other programs are named by their first bytes, all of which count.
+TEST(BadVolume, NamesWhatAFileLooksLike) {
+  using std::string_literals::operator""s;
+  for (const auto& [bytes, name] :
+       {std::pair("II*\0"s, "a TIFF image"), std::pair("MM\0*"s, "a TIFF image"),
+        std::pair("\x89PNG\r\n"s, "a PNG image"), std::pair("\x89HDF\r\n"s, "HDF5"),
+        std::pair("PK\x03\x04"s, "a ZIP archive"), std::pair("\x20\x42\x44\x56"s, "OpenVDB"),
+        std::pair("# vtk DataFile Version 3.0\n"s, "legacy VTK"),
+        std::pair("<html>"s, "XML or HTML"), std::pair(std::string(344, '\0') + "n+1", "NIfTI")}) {
+    expect_bad("v.nrrd", bytes + std::string(400, ' '), {"looks like " + std::string(name)});
+  }
+  expect_bad("v.nrrd", "MMM\n", {"line 1", "NRRD0001"});
+}
+
 // ---- NRRD ---------------------------------------------------------------------------------------
 
 const std::string good_nrrd =

@@ -21,15 +21,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sizes of pictures and maps in pixels. Sizes are halved, down to their minimum, until the expected bytes of all
-/// pictures are within the budget, so that browsers can open pages with thousands of assets. Compressed texels take
-/// about 1.5 bytes.
-struct PageSizes {
-  std::uint32_t picture = 256, map = 512;
-};
 constexpr double kBytesOfTexel = 1.5, kMaxPictureBytes = 48e6, kMaxMapBytes = 96e6;
 constexpr std::uint32_t kMinPictureSide = 64, kMinMapSide = 32;
 constexpr double kPicturesPerAsset = 4;
+
+}  // namespace
 
 PageSizes choose_page_sizes(const std::vector<AssetResult>& results) {
   std::size_t assets = 0, maps = 0;
@@ -49,6 +45,8 @@ PageSizes choose_page_sizes(const std::vector<AssetResult>& results) {
   sizes.map = fit(sizes.map, kMinMapSide, static_cast<double>(maps), kMaxMapBytes);
   return sizes;
 }
+
+namespace {
 
 /// Encodes a picture as a data URI.
 Json data_uri(const Image& image) {

@@ -1,6 +1,7 @@
 // Writes the page of `kiln run --report`: pictures and statistics of each asset in one file.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -13,6 +14,16 @@
 #include "report/console.h"
 
 namespace kiln::cli {
+
+/// Sides of the pictures and maps on a page, in pixels.
+struct PageSizes {
+  std::uint32_t picture = 256, map = 512;
+};
+
+/// Chooses the sizes for a page. They are halved, down to 64 and 32, until the expected bytes of all pictures are at most
+/// 48 MB, and those of all maps 96 MB, so that browsers can open pages with thousands of assets. An asset with files has
+/// four pictures. Compressed texels take about 1.5 bytes.
+PageSizes choose_page_sizes(const std::vector<AssetResult>& results);
 
 /// Adds the contents of a page to each asset of a report: "pictures", "rendered" and "maps". If a picture cannot be
 /// drawn, a note explains why.
