@@ -12,7 +12,7 @@
 namespace kiln {
 
 /// Side in pixels at which most of the surface consists of triangles of at least
-/// kPixelsPerTriangle pixels, seen face-on; a multiple of 256 in [512, limit].
+/// kPixelsPerTriangle pixels, seen face-on; a multiple of 256 from 1024 on, or `limit` if that is less.
 struct ViewSize {
   std::uint32_t size = 0;
   double undersampled = 0;  ///< Share of the surface whose triangles are smaller than a pixel
@@ -30,8 +30,7 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
 void widen_view_area(ViewArea& area, double dense_radius, std::uint32_t size);
 
 /// The direction from which all faces of both meshes are front faces, if there is one: for example,
-/// a single view shows all of a height field. \param least minimum cosine between the direction and
-/// each face
+/// a single view shows all of a height field. At most 2% of the low poly's area may be steeper than 84 degrees.
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface);

@@ -69,6 +69,22 @@ TEST(CleanLimits, HolesOfTwelveEdgesAreFilledAndOfThirteenAreNot) {
   }
 }
 
+/// The ear with the shortest new edge is cut first: the patch of a rhombus is cut along its shorter diagonal.
+TEST(CleanLimits, HolesAreCutAlongTheirShorterDiagonal) {
+  for (const bool wide : {true, false}) {
+    Mesh mesh = ring(4, 0.002);  // corners 0 and 2 lie along x, 1 and 3 along y
+    for (Vec3& p : mesh.positions) (wide ? p.x : p.y) *= 1.3F;
+    const std::size_t triangles = mesh.triangles.size();
+    ASSERT_EQ(clean_mesh(mesh).holes.count, 1U);
+    ASSERT_EQ(mesh.triangles.size(), triangles + 2);
+    for (std::size_t t = triangles; t < mesh.triangles.size(); ++t) {
+      const Triangle& corners = mesh.triangles[t];
+      for (const std::uint32_t end : {wide ? 1U : 0U, wide ? 3U : 2U})
+        EXPECT_NE(std::find(corners.begin(), corners.end(), end), corners.end()) << wide << t;
+    }
+  }
+}
+
 TEST(CleanLimits, HolesUpToThePerimeterAreFilled) {
   for (const double share : {0.9, 1.1}) {
     const std::uint32_t edges = 8;
@@ -118,7 +134,9 @@ TEST(CleanLimits, GapsInAllDirectionsConnectABody) {
     box.uvs.clear(), box.uv_triangles.clear(), box.normals.clear(), box.normal_triangles.clear();
     const double diagonal = std::hypot(size[0], size[1], size[2]), half_share = 0.005 * diagonal;
     for (const double gap : {0.95 * half_share, 2.5 * half_share}) {
-      std::vector<Mesh> meshes{box};
+      // What lies far off moves the cells' origin.
+      std::vector<Mesh> meshes{box, moved(test::icosphere(1), -9 - side(random), -9 - side(random),
+                                          -9 - side(random), 0.2)};
       for (int direction = 0; direction < 27; ++direction) {
         const int to[3] = {direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1};
         if (to[0] == 0 && to[1] == 0 && to[2] == 0) continue;
@@ -138,6 +156,37 @@ TEST(CleanLimits, GapsInAllDirectionsConnectABody) {
       EXPECT_EQ(report.floaters.count, gap < half_share ? 0U : 26U) << "round " << round;
       EXPECT_EQ(mesh.triangles.size(), gap < half_share ? given : given - 26 * 4);
     }
+  }
+}
+
+/// Floaters are bodies: parts that lie close to each other are one.
+TEST(CleanLimits, PartsOfAFloaterCountOnce) {
+  const Mesh ball = test::icosphere(3), small = test::icosphere(1, 0.003);
+  Mesh mesh = join_meshes(std::vector<Mesh>{ball, moved(small, 2, 0, 0), moved(small, 2.008, 0, 0),
+                                            moved(small, -2, 0, 0)});
+  EXPECT_EQ(clean_mesh(mesh).floaters.count, 2U);
+  EXPECT_EQ(mesh.triangles.size(), ball.triangles.size());
+}
+
+/// Floaters of over a tenth of the area are there on purpose.
+TEST(CleanLimits, ManyFloatersStay) {
+  for (const int count : {50, 64}) {
+    std::vector<Mesh> meshes{test::icosphere(3)};
+    for (int i = 0; i < count; ++i) {  // on a circle around the ball
+      const double angle = 2 * std::numbers::pi * i / count;
+      meshes.push_back(
+          moved(test::icosphere(1), 4 * std::cos(angle), 4 * std::sin(angle), 0, 0.045));
+    }
+    Mesh mesh = join_meshes(meshes);
+    double all = 0, ball = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      all += area_of(mesh, mesh.triangles[t]);
+      if (t < meshes[0].triangles.size()) ball = all;
+    }
+    ASSERT_EQ(1 - ball / all < 0.1, count == 50);
+    ASSERT_NEAR(1 - ball / all, 0.1, 0.02);
+    const CleanReport report = clean_mesh(mesh, {.floater = 0.05, .keep_inner = true});
+    EXPECT_EQ(report.floaters.count, count == 50 ? 50U : 0U);
   }
 }
 

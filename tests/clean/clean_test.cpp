@@ -540,6 +540,31 @@ TEST(Clean, ViewsOfSomeGroupsAreThoseOfAll) {
   }
 }
 
+/// Of two sheets in one place views show the one that faces them, else the first, whichever of them are asked for.
+TEST(Clean, ViewsOfSheetsInOnePlaceShowFrontsThenTheFirst) {
+  for (const bool first_up : {true, false}) {
+    for (const bool second_up : {true, false}) {
+      const Mesh sheet = test::plane(1, 1);
+      const Mesh both = join({first_up ? sheet : turned(sheet), second_up ? sheet : turned(sheet)});
+      const std::vector<std::uint32_t> group = {0, 0, 1, 1};
+      const OutsideViews views{.count = 8, .pixels = 64, .backs = true};
+      const auto all = count_seen_pixels(both, group, 2, views);
+      const bool alike = first_up == second_up;
+      EXPECT_GT(all[0].front, 1000U);
+      EXPECT_EQ(all[0].back > 1000, alike);
+      EXPECT_EQ(all[1].front > 1000, !alike);
+      EXPECT_EQ(all[1].back, 0U);
+      for (const std::size_t asked : {0U, 1U}) {
+        std::vector<std::uint8_t> counted(2, 0);
+        counted[asked] = 1;
+        const auto some = count_seen_pixels(both, group, 2, views, counted);
+        EXPECT_EQ(some[asked].front, all[asked].front) << asked;
+        EXPECT_EQ(some[asked].back, all[asked].back) << asked;
+      }
+    }
+  }
+}
+
 TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {
   const Mesh body = test::icosphere(4);  // A diagonal of 3.46
   Mesh floater = test::icosphere(1, 0.005), rivet = floater, stray = test::icosphere(1, 0.3);

@@ -110,6 +110,28 @@ TEST(CollisionHulls, AreTakenOffWithAllThatIsTheirs) {
   }
 }
 
+/// A warning lists five names, and counts the others.
+TEST(CollisionHulls, FiveAreNamed) {
+  for (const std::size_t count : {1U, 5U, 6U, 9U}) {
+    Names names{"crate"};
+    for (std::size_t i = 0; i < count; ++i) names.push_back("UCX_" + std::to_string(i));
+    Mesh low = squares(names, true);
+    std::vector<Warning> warnings;
+    take_collision_hulls(low, &warnings);
+    ASSERT_EQ(warnings.size(), 1U);
+    const std::string message = warnings[0].message.text();
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(message.find("'UCX_" + std::to_string(i) + "'") != std::string::npos, i < 5)
+          << message;
+    }
+    EXPECT_EQ(message.find(" more;") != std::string::npos, count > 5) << message;
+    if (count > 5) {
+      EXPECT_NE(message.find(" and " + std::to_string(count - 5) + " more;"), std::string::npos);
+    }
+    EXPECT_EQ(warnings[0].count, count);
+  }
+}
+
 TEST(CollisionHulls, AreGroupsOfObjectsAsWell) {
   Mesh low = squares({"crate", "UCX_crate"}, /*as_objects=*/false);
   low.objects.assign(4, 0);

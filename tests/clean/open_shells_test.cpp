@@ -114,5 +114,20 @@ TEST(OpenShells, MaterialsAreJudgedByThemselves) {
   EXPECT_FALSE(shells[2].shows_backs());
 }
 
+/// Backs count from 16 pixels on, and from a share of all that are seen on.
+TEST(OpenShells, ShowBacksFromALimitOn) {
+  const auto shows = [](std::uint64_t front, std::uint64_t back) {
+    OpenShells shells;
+    shells.front = front;
+    shells.back = back;
+    return shells.shows_backs();
+  };
+  EXPECT_TRUE(shows(0, 16));
+  EXPECT_FALSE(shows(0, 15));
+  const auto enough = static_cast<std::uint64_t>(std::ceil(OpenShells::kMinBackShare * 1e6));
+  EXPECT_TRUE(shows(1000000 - enough, enough));
+  EXPECT_FALSE(shows(1000000 - enough + 1, enough - 1));
+}
+
 }  // namespace
 }  // namespace kiln

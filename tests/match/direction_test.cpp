@@ -172,6 +172,50 @@ TEST(Direction, IsContinuousAcrossHardEdges) {
   EXPECT_NEAR(face, 90, 1e-3);
 }
 
+/// The share of the averaged direction falls over each edge's own width, by the distance to the edge and not to its line:
+/// against all edges, on a mesh whose faces go round corners.
+TEST(Direction, TurnsByTheDistanceToTheNearestEdge) {
+  KILN_REQUIRE_DEVICE();
+  const sample::HardScene scene = sample::hard_scene("bracket");
+  const LowSurface surface = LowSurface::of(scene.low, Frame::of(scene.high));
+  const HardEdges hard = HardEdges::of(surface);
+  std::vector<float> widths;
+  for (std::size_t e = 0; e < hard.edges.size(); ++e)
+    widths.push_back(0.02F + 0.01F * static_cast<float>(e % 5));
+  cl::Context& context = context_of(*test::device());
+  TexelSampler sampler(context, surface, {64, 64});
+  TexelBand band = sampler.sample(0);
+  const std::vector<float> before = band.points.download(context);
+  SampleDirections(context, surface, hard, widths).set_directions(context, band);
+  const std::vector<float> after = band.points.download(context);
+  const std::vector<std::uint32_t> triangle = band.triangle.download(context);
+  const std::vector<float> weights = band.barycentric.download(context);
+  const std::size_t plane = band.capacity;
+  std::size_t blended = 0;
+  for (std::size_t i = 0; i < band.sample_count; ++i) {
+    const auto at = [&](const std::vector<float>& planes, std::size_t first) {
+      return Vec3d(planes[first * plane + i], planes[(first + 1) * plane + i],
+                   planes[(first + 2) * plane + i]);
+    };
+    const Vec3d p = at(before, 0);
+    double s = 1;
+    for (std::size_t e = 0; e < hard.edges.size(); ++e) {
+      const Vec3d along = to_double(hard.edges[e].along), from = to_double(hard.edges[e].from);
+      const double share = std::clamp(dot(p - from, along) / dot(along, along), 0.0, 1.0);
+      s = std::min(s, length(p - (from + along * share)) / widths[e]);
+    }
+    const double averaged = 1 - s * s * (3 - 2 * s);
+    const auto& [a, b, c] = surface.triangles[triangle[i]];
+    const double u = weights[i], v = weights[plane + i];
+    const Vec3d own =
+        to_double(a.normal) * (1 - u - v) + to_double(b.normal) * u + to_double(c.normal) * v;
+    const Vec3d wanted = at(before, 3) * averaged + own * ((1 - averaged) / length(own));
+    EXPECT_LT(length(at(after, 3) - wanted * (1 / length(wanted))), 1e-4) << i;
+    blended += averaged > 0.1 && averaged < 0.9 ? 1 : 0;
+  }
+  EXPECT_GT(blended, 100U);
+}
+
 TEST(Direction, LeavesSmoothMeshesAlone) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(5000));

@@ -10,6 +10,7 @@
 #include "hard_scenes.h"
 #include "kiln/bake.h"
 #include "reference/ray.h"
+#include "shared/bvh.h"
 #include "shared/match.h"
 #include "support/environment.h"
 #include "support/hard_scene.h"
@@ -188,6 +189,21 @@ TEST(Outermost, IsTheNearestRuleWhereThereIsOneFace) {
   const BakeResult nearest = bake(source, low, options);
   EXPECT_EQ(outermost.report.passed_over, 0U);
   EXPECT_EQ(outermost.maps[0].image.pixels, nearest.maps[0].image.pixels);
+}
+
+/// Hits have errors of KILN_BVH_EPSILON: sheets closer than four of them are one face, and none is passed over.
+TEST(Outermost, SheetsWithinTheErrorOfHitsAreOneFace) {
+  KILN_REQUIRE_DEVICE();
+  for (const double spacing : {2.0, 8.0}) {
+    Mesh high = test::plane(1, 1), second = high;
+    for (Vec3& p : high.positions) p.z = 0.01F;
+    const double unit = std::sqrt(2.0);  // the diagonal is 1 in the frame of searches
+    for (Vec3& p : second.positions)
+      p.z = static_cast<float>(0.01 + spacing * unit * KILN_BVH_EPSILON);
+    const BakeResult baked =
+        bake(Source(*test::device(), joined(high, second)), test::plane(1, 1), sized(32));
+    EXPECT_EQ(baked.report.passed_over, spacing > 4 ? baked.report.samples : 0) << spacing;
+  }
 }
 
 TEST(Outermost, BothTraversalsGiveTheSameBytes) {

@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "accel/depth_views.h"
@@ -17,6 +19,7 @@
 #include "shared/match.h"
 #include "support/environment.h"
 #include "support/shapes.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {
@@ -114,11 +117,14 @@ TEST(Views, OneByOneIsTheSameAsTogether) {
   const Mesh high = test::BumpyTorus::dense(60000);
   const Mesh low = test::BumpyTorus::light();
   const Source source(*test::device(), high);
-  for (const ViewCriterion criterion :
-       {ViewCriterion::depth, ViewCriterion::distance, ViewCriterion::angle}) {
+  for (const auto& [criterion, refine] : {std::pair{ViewCriterion::depth, true},
+                                          {ViewCriterion::distance, true},
+                                          {ViewCriterion::distance, false},
+                                          {ViewCriterion::angle, true}}) {
     BakeOptions options = view_options(200, 0.15);
     options.samples = 2;
     options.match.views.criterion = criterion;
+    options.match.views.refine = refine;
     options.match.views.count = 0;
     options.match.views.size = 300;
     options.match.views.directions = {
@@ -220,6 +226,213 @@ TEST(Views, TakeTheNearerOfTwoSheetsThatPixelsShow) {
         for (std::size_t i = 0; i < count; ++i) {
           EXPECT_EQ(triangle[i], sheet_of(true)) << i << " of " << side << ", " << upper_first;
         }
+      }
+    }
+  }
+}
+
+/// Views of 32 pixels over a diameter of 2, one from above unless others are given, and samples that are matched with them.
+struct ViewFromAbove {
+  static constexpr std::uint32_t kSize = 34;  // one pixel of margin on each side
+  static constexpr float kPixel = 1.0F / 16;
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  struct Sample {
+    Vec3 position, direction{0, 0, 1};
+  };
+  std::vector<Sample> samples;
+  std::vector<Vec3d> directions = {{0, 0, 1}};
+  struct Point {
+    std::uint32_t triangle;
+    float distance;
+    Vec3d position;
+  };
+
+  void add(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto first = static_cast<std::uint32_t>(positions.size());
+    positions.insert(positions.end(), {a, b, c});
+    triangles.push_back({first, first + 1, first + 2});
+  }
+
+  std::vector<Point> match(const ViewQuery& query) const {
+    cl::Context& context = context_of(*test::device());
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    std::vector<float> points(std::size_t{7} * count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto& [p, d] = samples[i];
+      const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
+      for (std::size_t k = 0; k < 6; ++k) points[k * count + i] = values[k];
+    }
+    Rasterizer raster(context, positions, triangles);
+    const DepthViews views(context, raster, directions, kSize, false, {{0, 0, 0}, 1});
+    const cl::Array<float> device_points(context, std::span<const float>(points));
+    const cl::Array<float> scores(context, count);
+    DeviceCorrespondence found(context, count);
+    found.count = count;
+    DepthViews::reset(context, count, scores, found);
+    views.match(device_points, count, count, query, scores, found);
+    context.finish();
+    const HostCorrespondence host(context, found, count);
+    std::vector<Point> result;
+    for (std::size_t i = 0; i < count; ++i) {
+      Point point{host.triangle[i], host.distance[i], {}};
+      if (point.triangle != KILN_NO_TRIANGLE) {
+        const Triangle& t = triangles[point.triangle];
+        const double u = host.u[i], v = host.v[i];
+        point.position = to_double(positions[t[0]]) * (1 - u - v) + to_double(positions[t[1]]) * u +
+                         to_double(positions[t[2]]) * v;
+      }
+      result.push_back(point);
+    }
+    return result;
+  }
+};
+
+constexpr std::array kCriteria = {ViewCriterion::depth, ViewCriterion::distance,
+                                  ViewCriterion::angle};
+
+/// A square sheet at z = 0 of triangles of nine pixels, which faces up or down.
+void add_sheet(ViewFromAbove& view, bool up) {
+  constexpr int kCells = 5;
+  const auto at = [](int i) { return 0.65F * (2.0F * static_cast<float>(i) / kCells - 1); };
+  for (int y = 0; y < kCells; ++y) {
+    for (int x = 0; x < kCells; ++x) {
+      const Vec3 a{at(x), at(y), 0}, b{at(x + 1), at(y), 0}, c{at(x + 1), at(y + 1), 0},
+          d{at(x), at(y + 1), 0};
+      view.add(a, up ? b : c, up ? c : b);
+      view.add(a, up ? c : d, up ? d : c);
+    }
+  }
+}
+
+// The sheet lies four pixels above or below the samples, which look at it at 45 degrees to the view: their points lie four
+// pixels beside the place that the view shows there.
+TEST(Views, RefinedPointsLieOnTheSamplesOwnLines) {
+  KILN_REQUIRE_DEVICE();
+  const float slant = std::sqrt(0.5F);
+  struct Case {
+    bool up;
+    Vec3 view, sample;
+  };
+  for (const auto& [up, toward, direction] :
+       {Case{true, {0, 0, 1}, {slant, 0, slant}}, Case{true, {slant, 0, slant}, {0, 0, 1}},
+        Case{false, {0, 0, -1}, {0, slant, -slant}}, Case{false, {0, slant, -slant}, {0, 0, -1}}}) {
+    ViewFromAbove view;
+    view.directions = {to_double(toward)};
+    add_sheet(view, up);
+    for (int i = 0; i < 20; ++i) {
+      const float x = 0.17F - 0.017F * static_cast<float>(i),
+                  y = 0.2F - 0.023F * static_cast<float>(i);
+      view.samples.push_back({{x, y, i % 2 == 0 ? -0.25F : 0.25F}, direction});
+    }
+    for (const ViewCriterion criterion : kCriteria) {
+      for (const bool refine : {true, false}) {
+        const auto found = view.match({.criterion = criterion, .refine = refine});
+        std::size_t beside = 0;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+          ASSERT_NE(found[i].triangle, KILN_NO_TRIANGLE);
+          const Vec3d from = to_double(view.samples[i].position),
+                      along = to_double(refine ? direction : toward),
+                      way = along * (-from.z / along.z);
+          // At a border the four pixels around may all show the other triangle.
+          const double off = length(found[i].position - (from + way));
+          EXPECT_LT(off, 1.5 * ViewFromAbove::kPixel) << i << refine;
+          beside += off > 1e-5 ? 1 : 0;
+          // Along the direction or against it
+          EXPECT_NEAR(found[i].distance, std::copysign(length(way), dot(way, to_double(direction))),
+                      1e-5 + off);
+        }
+        EXPECT_LE(beside, 2U) << refine;
+      }
+    }
+  }
+}
+
+// The view nearest to the sample's direction shows a face there that is turned away from the direction, so that it has no
+// point: the next view has.
+TEST(Views, TheNextViewIsTakenWhereTheBestHasNoPoint) {
+  KILN_REQUIRE_DEVICE();
+  ViewFromAbove view;
+  view.directions = {{0, 0, 1}, {-0.6, 0, 0.8}};
+  add_sheet(view, true);
+  const auto sheet = static_cast<std::uint32_t>(view.triangles.size());
+  // It rises towards +x, and looks to -x and up.
+  view.add({-0.06F, -0.3F, 0.2F}, {0.1F, -0.3F, 0.56F}, {0.1F, 0.3F, 0.56F});
+  view.add({-0.06F, -0.3F, 0.2F}, {0.1F, 0.3F, 0.56F}, {-0.06F, 0.3F, 0.2F});
+  view.samples.push_back({{0.02F, 0.03F, 0.001F}, {0.55F, 0, 0.835F}});
+  for (const bool both : {true, false}) {
+    if (!both) view.directions.pop_back();
+    const auto found = view.match({.criterion = ViewCriterion::angle, .refine = false});
+    if (both) {
+      ASSERT_LT(found[0].triangle, sheet);
+      EXPECT_NEAR(found[0].position.z, 0, 1e-6);
+    } else {
+      EXPECT_EQ(found[0].triangle, KILN_NO_TRIANGLE);
+    }
+  }
+}
+
+// A view that sees a sample at too flat an angle does not count.
+TEST(Views, AreOfUseUpToAnAngle) {
+  KILN_REQUIRE_DEVICE();
+  ViewFromAbove view;
+  view.add({-0.7F, -0.6F, 0}, {0.7F, -0.6F, 0}, {0, 0.8F, 0});
+  for (const float cosine : {0.3F, 0.5F, 0.9F})
+    view.samples.push_back({{0, 0, 0.01F}, {std::sqrt(1 - cosine * cosine), 0, cosine}});
+  for (const ViewCriterion criterion : kCriteria) {
+    for (const float least : {0.0F, 0.4F, 0.6F}) {
+      const auto found = view.match({.criterion = criterion, .least_cosine = least});
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        EXPECT_EQ(found[i].triangle == KILN_NO_TRIANGLE, view.samples[i].direction.z < least)
+            << least << " " << i;
+      }
+    }
+  }
+}
+
+// A sample's own pixel shows a speck that its line passes by, and the pixels around it a sheet that the line meets, far
+// below: within the distance that is the point, beyond it the speck is.
+TEST(Views, TakeNothingBeyondTheDistance) {
+  KILN_REQUIRE_DEVICE();
+  ViewFromAbove view;
+  constexpr float kPixel = ViewFromAbove::kPixel;
+  view.add({-0.8F, -0.5F, -0.4F}, {0.8F, -0.5F, -0.4F}, {0, 0.8F, -0.4F});
+  const float x = 0.5F * kPixel, y = 0.5F * kPixel, size = 0.1F * kPixel;
+  view.add({x - size, y - size, 0.02F}, {x + size, y - size, 0.02F}, {x, y + size, 0.02F});
+  view.samples.push_back({{x + 0.3F * kPixel, y, 0}});
+  view.samples.push_back({{x - 0.3F * kPixel, y, 0}});
+  for (const ViewCriterion criterion : kCriteria) {
+    for (const float distance : {0.1F, 0.39F, 0.41F}) {
+      for (const auto& point : view.match({.criterion = criterion, .max_distance = distance}))
+        EXPECT_EQ(point.triangle, distance < 0.4F ? 1U : 0U) << distance;
+    }
+  }
+}
+
+// The border of the upper sheet runs through a pixel, beyond its centre: all samples of the pixel take the lower one, which
+// the pixel shows, and those of the next pixel the upper one.
+TEST(Views, TakeWhatTheirPixelShowsWhereTheirLineMeetsIt) {
+  KILN_REQUIRE_DEVICE();
+  constexpr float kPixel = ViewFromAbove::kPixel;
+  for (const bool upper_first : {true, false}) {
+    ViewFromAbove view;
+    const float border = 0.6F * kPixel;
+    for (const bool upper : {upper_first, !upper_first}) {
+      if (upper) {
+        view.add({border, -0.6F, 0.01F}, {0.6F, -0.6F, 0.01F}, {border, 0.6F, 0.01F});
+      } else {
+        view.add({-0.7F, -0.6F, 0}, {0.7F, -0.6F, 0}, {0, 0.8F, 0});
+      }
+    }
+    for (const float column : {0.1F, 0.7F, 0.9F, 1.1F, 1.4F}) {
+      for (const float row : {0.2F, 0.8F})
+        view.samples.push_back({{column * kPixel, row * kPixel, 0.005F}});
+    }
+    for (const ViewCriterion criterion : kCriteria) {
+      const auto found = view.match({.criterion = criterion, .max_distance = 0.1F});
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const bool upper = view.samples[i].position.x > kPixel;
+        EXPECT_EQ(found[i].triangle, upper == upper_first ? 0U : 1U) << i << upper_first;
       }
     }
   }

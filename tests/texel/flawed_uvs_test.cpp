@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "reference/texel.h"
 #include "support/environment.h"
@@ -49,6 +52,32 @@ TEST(Texel, FarAwayUvsAreClippedAndCounted) {
       ASSERT_NEAR(map.barycentric[i][0], first, 1e-6);
       ASSERT_NEAR(map.barycentric[i][1], second, 1e-6);
     }
+  }
+}
+
+/// Flaws are counted by several tasks: the example is the first of all.
+TEST(Texel, TheFirstFlawOfManyTrianglesIsTheExample) {
+  KILN_REQUIRE_DEVICE();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<ReferenceTriangle> triangles(50000, {{{0.1F, 0.1F}, {0.11F, 0.1F}, {0.1F, 0.11F}}});
+  for (const std::size_t t : {1007U, 20007U, 40007U}) {
+    triangles[t] = {{{0.5F, 0.5F}, {0.5F, 0.5F}, {0.5F, 0.5F}}};
+    triangles[t + 1] = {{{nan, 0.1F}, {0.5F, 0.5F}, {0.7F, 0.1F}}};
+  }
+  LowSurface surface = surface_of(triangles);
+  for (const std::size_t t : {18009U, 20009U, 40009U}) surface.usable[t] = 0;
+  const Map map = sample_all(surface, {16, 16, 1, 1U << 22});
+  for (const auto& [code, example] : {std::pair<std::string, std::string>{"uv-degenerate", "1007"},
+                                      {"uv-missing", "1008"},
+                                      {"low-degenerate", "18009"}}) {
+    EXPECT_EQ(warned(map.report, code), 3U);
+    bool found = false;
+    for (const Warning& warning : map.report.warnings) {
+      const std::string text = warning.message.text();
+      found = found || (warning.code == code &&
+                        text.find("example triangle " + example) != std::string::npos);
+    }
+    EXPECT_TRUE(found) << code;
   }
 }
 

@@ -308,6 +308,64 @@ TEST(SmallCharts, AreCountedWhereNoTexelIsFree) {
   EXPECT_EQ(one.triangles_without_texel.size(), 1U);
 }
 
+/// Edges through samples' centres belong to the chart whose left or upper edge they are: the other one has no sample.
+TEST(SmallCharts, AreThoseThatEndAtCentresOnTheRightOrBelow) {
+  const auto is_small = [](double left, double top, double right, double bottom) {
+    const LowSurface surface = flat_surface(quad(left, top, right, bottom, 32, 32));
+    return !SmallCharts::of(surface, TexelPieces::of(surface, 32, 32), 32, 32, 1).triangles.empty();
+  };
+  EXPECT_FALSE(is_small(10.5, 10.5, 10.75, 10.75));
+  EXPECT_TRUE(is_small(10.25, 10.5, 10.5, 10.75));
+  EXPECT_TRUE(is_small(10.5, 10.25, 10.75, 10.5));
+  EXPECT_TRUE(is_small(10.25, 10.25, 10.5, 10.5));
+}
+
+/// The texel nearest to a chart is that of its nearest triangle, whichever comes first.
+TEST(SmallCharts, GiveTheFirstTexelToTheNearestTriangle) {
+  const auto owner = [](double left, double top) {
+    const LowSurface surface = flat_surface(quad(left, top, left + 0.1, top + 0.1, 32, 32));
+    return owners(SmallCharts::of(surface, TexelPieces::of(surface, 32, 32), 32, 32, 1))
+        .at({10, 10});
+  };
+  EXPECT_EQ(owner(10.2, 10.2), 0U) << "its lower right corner";
+  EXPECT_EQ(owner(10.8, 10.8), 1U) << "its upper left corner";
+}
+
+/// Within a large chart that ends in column 11, the nearest free centre is at 12.5: up to 8 texels away.
+TEST(SmallCharts, TakeTexelsUpToEightAway) {
+  for (const double away : {7.9, 8.1}) {
+    auto triangles = quad(0, 0, 12, 64, 64, 64);
+    const auto inner = quad(12.45 - away, 31.45, 12.5 - away, 31.55, 64, 64);
+    triangles.insert(triangles.end(), inner.begin(), inner.end());
+    const LowSurface surface = flat_surface(triangles);
+    const SmallCharts small = SmallCharts::of(surface, TexelPieces::of(surface, 64, 64), 64, 64, 1);
+    ASSERT_EQ(small.triangles.size(), 2U);
+    EXPECT_EQ(small.texels.empty(), away > 8) << away;
+    EXPECT_EQ(small.triangles_without_texel.size(), away > 8 ? 2U : 0U);
+  }
+}
+
+/// On maps of several tiles of 64 texels, of which only some have small charts: a texel of a large chart is given to none,
+/// in whichever row of its tile it lies.
+TEST(SmallCharts, TakeNoTexelsOfChartsThatCrossTiles) {
+  constexpr std::uint32_t kWidth = 96, kHeight = 256;
+  for (const std::uint32_t samples : {1U, 3U}) {
+    for (const double row : {63.0, 64.0, 65.0, 128.0, 191.0, 192.0}) {
+      auto triangles = quad(60, 3, 70, 250, kWidth, kHeight);
+      const auto inner = quad(69.05, row + 0.05, 69.1, row + 0.1, kWidth, kHeight);
+      triangles.insert(triangles.end(), inner.begin(), inner.end());
+      const LowSurface surface = flat_surface(triangles);
+      const SmallCharts small =
+          SmallCharts::of(surface, TexelPieces::of(surface, kWidth * samples, kHeight * samples),
+                          kWidth, kHeight, samples);
+      ASSERT_EQ(small.triangles.size(), 2U);
+      ASSERT_EQ(small.texels.size(), 2U);
+      for (const AssignedTexel& texel : small.texels)
+        EXPECT_EQ(texel.column, 70U) << row << " " << texel.row;
+    }
+  }
+}
+
 /// Triangles that touch a chart with samples are part of it: padding serves them.
 TEST(SmallCharts, AreNotSliversOfOtherCharts) {
   std::vector<ReferenceTriangle> triangles = quad(4, 4, 20, 20, 64, 64);
