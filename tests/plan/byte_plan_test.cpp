@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/plan.h"
@@ -105,6 +107,60 @@ TEST(BytePlan, GoesOnWhereAllHaveLostParts) {
   options.plan.max_outline = 0.8 * any.plan.chosen.silhouette_mismatch;
   const BytePlan bounded = plan_within_bytes(source, high, options);
   EXPECT_LE(bounded.trials[bounded.chosen].error, 1.02 * any.trials[any.chosen].error);
+}
+
+/// Pictures of two maps: each is in the file once. Too few bytes are refused with the least that are enough.
+TEST(BytePlan, SaysHowFewBytesAreEnoughForAllPictures) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(3000, true);
+  const Source source(*test::device(), high);
+  BytePlanOptions options = options_of(1, 32);
+  options.plan.bake.maps = {MapKind::normal, MapKind{"position"}};
+  options.maps_of = [](std::vector<BakedMap>& maps, std::span<const std::uint8_t>) {
+    AssetMaps pictures;
+    pictures.normal = &maps.at(0).image;
+    pictures.color = &maps.at(1).image;
+    return pictures;
+  };
+  const auto refused = [&](std::uint64_t bytes) -> std::string {
+    options.max_bytes = bytes;
+    try {
+      plan_within_bytes(source, high, options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  const std::string text = refused(1000), before = "the smallest possible file has ";
+  ASSERT_NE(text.find(before), std::string::npos) << text;
+  const std::uint64_t least = std::stoull(text.substr(text.find(before) + before.size()));
+  EXPECT_NE(refused(least - 1), "");
+  for (const std::uint64_t bytes : {least, 3 * least}) {
+    options.max_bytes = bytes;
+    const BytePlan planned = plan_within_bytes(source, high, options);
+    const ByteTrial& chosen = planned.trials.at(planned.chosen);
+    EXPECT_TRUE(chosen.fits);
+    ASSERT_EQ(chosen.pictures.size(), 2U);
+    EXPECT_EQ(chosen.pictures[0].picture, PictureSlot::normal);
+    EXPECT_EQ(chosen.pictures[1].picture, PictureSlot::color);
+    EXPECT_EQ(chosen.bytes,
+              chosen.mesh_bytes + chosen.pictures[0].bytes + chosen.pictures[1].bytes);
+    if (bytes == least) EXPECT_EQ(chosen.bytes, least);
+  }
+}
+
+/// A plan that is stopped says so, and never a plan that is done.
+TEST(BytePlan, Cancels) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(3000, true);
+  const Source source(*test::device(), high);
+  BytePlanOptions options = options_of(20000, 64);
+  for (const int most : {0, 3}) {
+    int calls = 0;
+    options.plan.bake.progress = [&](double, std::string_view) { return calls++ < most; };
+    EXPECT_TRUE(plan_within_bytes(source, high, options).plan.cancelled) << most;
+  }
 }
 
 }  // namespace

@@ -43,6 +43,26 @@ TEST(ErrorModel, FallsWithTheSizeAndStaysWithinItsBounds) {
   EXPECT_LE(sharpness(256), 16 * sharpness(64) * (1 + 1e-9));
 }
 
+/// Beyond the largest size sharpness goes on along the last two, but no slower than the size, no faster than its square.
+TEST(ErrorModel, GoesOnWithTheLastTwoSizes) {
+  const auto error_at = [](double sharpness) {
+    return kLevel.infinite_map + 1 / (sharpness + 0.1);  // 10 degrees of detail
+  };
+  const auto sharpness = [](const ErrorModel& model, std::uint32_t size) {
+    return 1 / (model.expected(kFaces, kLevel, size) - kLevel.infinite_map) - 0.1;
+  };
+  ErrorModel one;
+  one.add_measurement(kFaces, kLevel, 64, error_at(0.2), true);
+  EXPECT_NEAR(sharpness(one, 256), 4 * 0.2, 1e-9) << "of one size, with the size itself";
+  for (const auto& [slope, used] :
+       {std::pair(0.3, 1.0), {1.0, 1.0}, {1.4, 1.4}, {2.0, 2.0}, {2.7, 2.0}}) {
+    ErrorModel two;
+    two.add_measurement(kFaces, kLevel, 32, error_at(0.2 * std::pow(0.5, slope)), true);
+    two.add_measurement(kFaces, kLevel, 64, error_at(0.2), true);
+    EXPECT_NEAR(sharpness(two, 256), 0.2 * std::pow(4, used), 1e-9) << slope;
+  }
+}
+
 TEST(ErrorModel, TakesMapsOfTheirOwnSizeBeforeMipMaps) {
   ErrorModel model;
   model.add_measurement(kFaces, kLevel, 64, 6, false);

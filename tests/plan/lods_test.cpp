@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -103,8 +104,21 @@ TEST(Lods, EachLevelIsThePlanForItsSize) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = wavy(4);
   const Source source(*test::device(), high);
-  const LodOptions options = lod_options(3, 128, 2);
+  LodOptions options = lod_options(3, 128, 2);
+  // Each level has its share of the progress, and says which one it is.
+  std::array<int, 2> calls{};
+  options.plan.bake.progress = [&](double done, std::string_view stage) {
+    const std::size_t level = stage.substr(0, 8) == "level 0:" ? 0 : 1;
+    EXPECT_EQ(stage.substr(0, 8), level == 0 ? "level 0:" : "level 1:");
+    EXPECT_GE(done, 0.5 * static_cast<double>(level));
+    EXPECT_LE(done, 0.5 * static_cast<double>(level + 1));
+    ++calls[level];
+    return true;
+  };
   const LodChain chain = bake_lods(source, high, options);
+  EXPECT_GT(calls[0], 0);
+  EXPECT_GT(calls[1], 0);
+  options.plan.bake.progress = {};
   expect_chain(chain, options);
   ASSERT_EQ(chain.levels.size(), 2U);
   for (const LodLevel& level : chain.levels) {

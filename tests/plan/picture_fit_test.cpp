@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "base/srgb.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 
@@ -161,6 +162,70 @@ TEST(PictureFit, GroundDoesNotBleedIntoSmallerSizes) {
   ASSERT_EQ(ladders[0].choices.size(), 1U);
   const Image small = load_image(ladders[0].choices[0].data);
   for (const float value : small.pixels) EXPECT_EQ(value, 1);
+}
+
+/// Texels of smaller sizes are means of the covered texels below them, of all sizes in between alike.
+TEST(PictureFit, SmallerSizesAreMeansOfCoveredTexels) {
+  Image color{128, 64, 3, std::vector<float>(128 * 64 * 3)};
+  std::vector<std::uint8_t> coverage(128 * 64);
+  std::mt19937 random(3);
+  for (std::uint32_t y = 0; y < 64; ++y) {
+    for (std::uint32_t x = 0; x < 128; ++x) {
+      const bool is_covered = x < 4 || y < 4 || random() % 5 < 2;
+      coverage[y * 128 + x] =
+          static_cast<std::uint8_t>(is_covered ? TexelState::baked : TexelState::empty);
+      std::fill_n(color.at(x, y), 3, random() % 3 == 0 ? 1.0F : 0.0F);
+    }
+  }
+  AssetMaps maps;
+  maps.color = &color;
+  maps.coverage = coverage;
+  std::vector<bool> is_found(3);
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
+  for (const PictureChoice& choice : ladders[0].choices) {
+    const std::uint32_t side = 1U << choice.level;
+    const Image small = load_image(choice.data);
+    ASSERT_EQ(small.width * side, 128U);
+    ASSERT_EQ(small.height * side, 64U);
+    is_found[choice.level] = true;
+    for (std::uint32_t y = 0; y < small.height; ++y) {
+      for (std::uint32_t x = 0; x < small.width; ++x) {
+        double sum = 0, count = 0;
+        for (std::uint32_t k = 0; k < side * side; ++k) {
+          const std::uint32_t at_x = side * x + k % side, at_y = side * y + k / side;
+          if (coverage[at_y * 128 + at_x] == static_cast<std::uint8_t>(TexelState::empty)) continue;
+          sum += color.at(at_x, at_y)[0], ++count;
+        }
+        if (count == 0) continue;
+        EXPECT_NEAR(small.at(x, y)[0], to_srgb(static_cast<float>(sum / count)), 0.51 / 255)
+            << choice.level << ": " << x << ", " << y;
+      }
+    }
+  }
+  EXPECT_EQ(is_found, std::vector<bool>(3, true));
+}
+
+/// Sizes that halve to odd ones: the last column has no neighbour in the next row.
+TEST(PictureFit, FillsTheLastColumnOfAnOddSizeFromItself) {
+  Image color{130, 66, 3, std::vector<float>(130 * 66 * 3)};
+  std::vector<std::uint8_t> coverage(130 * 66, static_cast<std::uint8_t>(TexelState::empty));
+  for (std::uint32_t y = 0; y < 66; ++y) {
+    for (const std::uint32_t x : {0U, 1U, 128U, 129U}) {
+      if (x > 1 && y / 2 % 2 == 1) continue;
+      coverage[y * 130 + x] = static_cast<std::uint8_t>(TexelState::baked);
+      std::fill_n(color.at(x, y), 3, x > 1 ? 1.0F : 0.0F);
+    }
+  }
+  AssetMaps maps;
+  maps.color = &color;
+  maps.coverage = coverage;
+  const Image small = load_image(picture_ladders(maps, png_alone())[0].choices[0].data);
+  ASSERT_EQ(small.width, 65U);
+  ASSERT_EQ(small.height, 33U);
+  for (std::uint32_t y = 0; y < 33; ++y) {
+    EXPECT_EQ(small.at(64, y)[0], 1) << y;
+    EXPECT_EQ(small.at(0, y)[0], 0) << y;
+  }
 }
 
 /// Colours are averaged as light: black and white make 188 of 255.

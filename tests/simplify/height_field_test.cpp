@@ -170,6 +170,63 @@ TEST(NoData, TheFilesWordAndTheCallersGoFirst) {
   EXPECT_EQ(mark_no_data(lowest).pixels, 1U);
 }
 
+/// A number of programs is no height if it is farther from the next one than all others from each other.
+TEST(NoData, TheGapDecides) {
+  const auto marked = [](float lowest_height, float highest_height, float none) {
+    Heights heights = slope({{7, none}});
+    for (float& value : heights.image.pixels) {
+      if (value != none)
+        value = lowest_height + (highest_height - lowest_height) * (value - 100) / 100;
+    }
+    return mark_no_data(heights).pixels;
+  };
+  // From -9999 to 0 are 9999 metres; below the highest, 9999 lies as far off.
+  EXPECT_EQ(marked(0, 9998, -9999), 1U);
+  EXPECT_EQ(marked(0, 9999, -9999), 0U);
+  EXPECT_EQ(marked(-9998, 0, 9999), 1U);
+  EXPECT_EQ(marked(-9999, 0, 9999), 0U);
+  // A caller's or a file's number that is not finite is there already; nothing is guessed beside it.
+  Heights given = slope({{1, -9999}, {2, std::nanf("")}});
+  EXPECT_EQ(mark_no_data(given, std::nan("")).pixels, 1U);
+  EXPECT_EQ(given.image.pixels[1], -9999);
+  // Of whole numbers none is guessed, since 32,767 may be a height.
+  Heights whole = slope({{1, -9999}});
+  whole.largest = 65535;
+  EXPECT_EQ(mark_no_data(whole).pixels, 0U);
+  // What is no number stays so, and is counted once.
+  Heights infinite = slope({{1, HUGE_VALF}, {2, HUGE_VALF}});
+  const NoData found = mark_no_data(infinite, HUGE_VAL);
+  EXPECT_EQ(found.pixels, 2U);
+  EXPECT_EQ(infinite.image.pixels[1], HUGE_VALF);
+  // Farther than all floats: the farthest float.
+  Heights farthest = slope({{1, std::numeric_limits<float>::max()}});
+  EXPECT_EQ(mark_no_data(farthest, 1e300).pixels, 1U);
+}
+
+TEST(NoData, DoubtNeedsTenTimesTheRangeAndTwoPixels) {
+  const auto doubts = [](float height) {
+    Heights heights = slope({{1, height}, {2, height}});  // others are 100 to 200
+    const NoData found = mark_no_data(heights);
+    EXPECT_EQ(found.pixels, 0U);
+    return found.doubtful.has_value();
+  };
+  EXPECT_FALSE(doubts(200 + 999));
+  EXPECT_TRUE(doubts(200 + 1001));
+  EXPECT_FALSE(doubts(100 - 999));
+  EXPECT_TRUE(doubts(100 - 1001));
+}
+
+TEST(HeightField, LayoutsCoverTheRectangleFromAnyOrigin) {
+  Mesh mesh;
+  mesh.origin = {500, -40, 7};
+  mesh.positions = {{-8, -1, 0}, {0, 0, 5}, {8, 1, 0}, {4, -0.5F, 0}};
+  mesh.triangles = {{0, 3, 2}, {0, 2, 1}};
+  lay_out_over_rectangle(mesh, {{500, -40}, {16, 2}});
+  const std::vector<Vec2> wanted = {{0, 0}, {0.5F, 0.5F}, {1, 1}, {0.75F, 0.25F}};
+  EXPECT_EQ(mesh.uvs, wanted);
+  EXPECT_EQ(mesh.uv_triangles, mesh.triangles);
+}
+
 TEST(NoData, OthersFarOffAreDoubtful) {
   Heights odd = slope({{1, -5000}, {2, -5000}});
   const NoData found = mark_no_data(odd);

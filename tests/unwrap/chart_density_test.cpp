@@ -45,6 +45,30 @@ TEST(TexelScales, FollowTheErrorInClosedForm) {
   EXPECT_LT(expected_error(needs, scales), expected_error(needs, std::vector<double>(3, 1)));
 }
 
+/// Errors are those of the mesh's triangles, by area; triangles without area have no part in them.
+TEST(TexelScales, NeedsFollowTheTrianglesOfTheMesh) {
+  Mesh mesh = test::plane(3, 2);
+  mesh.triangles.insert(mesh.triangles.begin() + 4, Triangle{0, 0, 1});
+  mesh.triangles.insert(mesh.triangles.begin(), Triangle{2, 2, 2});
+  std::vector<TexelErrors> errors(mesh.triangles.size());
+  for (std::size_t t = 0; t < errors.size(); ++t) {
+    for (std::size_t k = 0; k < errors[t].size(); ++k)
+      errors[t][k] = static_cast<double>(10 * t + k);
+  }
+  const ChartSurface surface = chart_surface(mesh);
+  ASSERT_EQ(surface.triangles.size() + 2, mesh.triangles.size());
+  const std::vector<TexelNeed> needs = texel_needs(surface, errors);
+  ASSERT_EQ(needs.size(), surface.triangles.size());
+  for (std::size_t t = 0; t < needs.size(); ++t) {
+    EXPECT_EQ(needs[t].area, surface.area[t]);
+    for (std::size_t k = 0; k < kTexelSides.size(); ++k) {
+      const std::size_t triangle = t < 4 ? t + 1 : t + 2;
+      EXPECT_DOUBLE_EQ(needs[t].errors[k],
+                       surface.area[t] * static_cast<double>(10 * triangle + k));
+    }
+  }
+}
+
 TEST(TexelScales, NoOthersOfTheSameAreaAreBetter) {
   std::mt19937 dice(7);
   const auto unit = [&] { return static_cast<double>(dice() % 65536) / 65536; };
