@@ -589,9 +589,9 @@ def test_asyncio_stays_responsive(source, low):
 def test_nothing_leaks(source, low):
     def bakes(count):
         for _ in range(count):
-            source.bake(low, size=32)
+            source.bake(low, size=64)
             try:
-                source.bake(low, size=32, samples=99)
+                source.bake(low, size=64, samples=99)
             except kiln.Error:
                 pass
         gc.collect()
@@ -601,9 +601,9 @@ def test_nothing_leaks(source, low):
         with open("/proc/self/statm") as file:
             return int(file.read().split()[1]) * resource.getpagesize()
 
-    before = bakes(300)
-    # A map alone has 12 KiB: kept by each of 700 bakes, they would be 8.6 MB.
-    assert bakes(700) - before < 4 << 20
+    before = bakes(100)
+    # A map alone has 48 KiB: kept by each of 250 bakes, they would be 12 MB.
+    assert bakes(250) - before < 4 << 20
 
 
 def test_bakes_do_not_print_at_exit():
