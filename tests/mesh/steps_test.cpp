@@ -115,10 +115,10 @@ TEST(Steps, NamesWhatStretchesTheFrame) {
 TEST(Steps, NamesWhatStretchesTheBox) {
   const auto stretched = [](float far) {
     const Mesh mesh = with_outlier(far);
-    return stretched_box({mesh.triangles,
-                          [](std::size_t) { return true; },
-                          [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
-                          {}});
+    return describe_stretched_box({mesh.triangles,
+                                   [](std::size_t) { return true; },
+                                   [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
+                                   {}});
   };
   for (const float far : {1e6F, 1e7F, 1e20F}) {
     const std::string text = stretched(far);
