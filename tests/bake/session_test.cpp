@@ -439,5 +439,38 @@ TEST(Session, RefusesWhatItCannotDo) {
   EXPECT_THROW(BakeSession(*test::device(), dense, low, watched), Error);
 }
 
+/// Vertices may lie outside of bounds by as much as the frame of searches holds: up to the diagonal, rounded up to a power of
+/// two, from the middle along each axis.
+TEST(Session, VerticesMayLeaveBoundsUpToALimit) {
+  KILN_REQUIRE_DEVICE();
+  const Bounds bounds{{-1, -1, -1}, {1, 1, 1}};
+  const double limit = 4;  // the diagonal is 3.46
+  const auto made = [&](const Vec3& last) {
+    Mesh high;
+    high.positions = {{0, 0, 0}, {1, 0, 0}, last};
+    high.triangles = {{0, 1, 2}};
+    Source(*test::device(), high, RayTraversal::automatic, bounds);
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    for (const int axis : {0, 1, 2}) {
+      const auto at = [&](double share) {
+        const auto far = static_cast<float>(sign * share * limit);
+        Vec3 p{0.5F, 0.5F, 0.5F};
+        (axis == 0 ? p.x : axis == 1 ? p.y : p.z) = far;
+        return p;
+      };
+      EXPECT_NO_THROW(made(at(0.98)));
+      EXPECT_THROW(made(at(1.02)), Error);
+    }
+  }
+  // A mesh that is none is refused with bounds, too.
+  Mesh high;
+  high.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  high.triangles = {{0, 1, 2}};
+  high.uvs = {{0, 0}};
+  high.uv_triangles = {{0, 0, 5}};
+  EXPECT_THROW(Source(*test::device(), high, RayTraversal::automatic, bounds), Error);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -187,6 +188,30 @@ TEST(CleanLimits, ManyFloatersStay) {
     ASSERT_NEAR(1 - ball / all, 0.1, 0.02);
     const CleanReport report = clean_mesh(mesh, {.floater = 0.05, .keep_inner = true});
     EXPECT_EQ(report.floaters.count, count == 50 ? 50U : 0U);
+  }
+}
+
+/// A triangle that others adjoin in finer steps at two of its sides is cut at both.
+TEST(CleanLimits, ATriangleIsCutAtEachOfItsSides) {
+  for (const int turn : {0, 1, 2}) {
+    Mesh mesh;
+    const auto add = [&](const std::array<Vec3, 3>& corners, int first) {
+      const auto v = static_cast<std::uint32_t>(mesh.positions.size());
+      for (int k = 0; k < 3; ++k) mesh.positions.push_back(corners[(first + k) % 3]);
+      mesh.triangles.push_back({v, v + 1, v + 2});
+    };
+    add({Vec3{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}, turn);
+    add({Vec3{0, 0, 0}, {1, -1, 0}, {1, 0, 0}}, 0);
+    add({Vec3{1, 0, 0}, {1, -1, 0}, {2, 0, 0}}, 0);
+    add({Vec3{0, 0, 0}, {0, 1, 0}, {-1, 1, 0}}, 0);
+    add({Vec3{0, 1, 0}, {0, 2, 0}, {-1, 1, 0}}, 0);
+    const CleanReport report = clean_mesh(mesh);
+    EXPECT_EQ(report.junctions.count, 2U);
+    EXPECT_EQ(mesh.triangles.size(), 7U);
+    EXPECT_EQ(open_edges(mesh), 5U);
+    double area = 0;
+    for (const Triangle& t : mesh.triangles) area += area_of(mesh, t);
+    EXPECT_NEAR(area, 4, 1e-6);
   }
 }
 

@@ -565,6 +565,17 @@ TEST(Clean, ViewsOfSheetsInOnePlaceShowFrontsThenTheFirst) {
   }
 }
 
+/// A part of few pixels in all views may be too small to be seen: it stays.
+TEST(Clean, InnerPartsOfAFewPixelsStay) {
+  for (const double radius : {0.004, 0.03}) {
+    const Mesh outer = test::icosphere(4);
+    Mesh inner = test::icosphere(1, radius);
+    move(inner, {0.1F, 0.07F, 0.03F});
+    Mesh mesh = join({outer, inner});
+    EXPECT_EQ(clean_mesh(mesh, {.floater = 0}).inner.count, radius > 0.01 ? 1U : 0U) << radius;
+  }
+}
+
 TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {
   const Mesh body = test::icosphere(4);  // A diagonal of 3.46
   Mesh floater = test::icosphere(1, 0.005), rivet = floater, stray = test::icosphere(1, 0.3);

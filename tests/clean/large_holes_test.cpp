@@ -196,6 +196,100 @@ TEST(LargeHoles, AttributesComeFromTheRim) {
   }
 }
 
+/// For each vertex of the patches that follow the first `triangles` triangles, the corner of the rim that is nearest along
+/// their edges.
+std::map<std::uint32_t, std::uint32_t> nearest_rim_corners(const Mesh& mesh, std::size_t triangles,
+                                                           std::size_t vertices) {
+  std::map<std::uint32_t, std::pair<double, std::uint32_t>> reached;
+  for (std::size_t t = triangles; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (v < vertices) reached[v] = {0, v};
+    }
+  }
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (std::size_t t = triangles; t < mesh.triangles.size(); ++t) {
+      for (const std::uint32_t a : mesh.triangles[t]) {
+        if (!reached.contains(a)) continue;
+        for (const std::uint32_t b : mesh.triangles[t]) {
+          const double way = reached[a].first + length(point_of(mesh, b) - point_of(mesh, a));
+          const auto found = reached.find(b);
+          if (found != reached.end() && found->second.first <= way) continue;
+          reached[b] = {way, reached[a].second};
+          has_changed = true;
+        }
+      }
+    }
+  }
+  std::map<std::uint32_t, std::uint32_t> nearest;
+  for (const auto& [v, from] : reached) nearest[v] = from.second;
+  return nearest;
+}
+
+/// A triangle has the attributes of the face at a corner of the rim that one of its vertices is nearest to, whatever list
+/// holds them, and a vertex the alpha of its corner.
+TEST(LargeHoles, AttributesAreThoseOfTheNearestCorner) {
+  Mesh ball = open_ball(40, 4);
+  std::mt19937 random(2);  // no two corners are as near
+  std::uniform_real_distribution<float> off(-0.004F, 0.004F);
+  for (Vec3& p : ball.positions) p = {p.x + off(random), p.y + off(random), p.z + off(random)};
+  const std::size_t triangles = ball.triangles.size(), vertices = ball.positions.size();
+  for (std::uint32_t t = 0; t < triangles; ++t) {
+    for (auto* list : {&ball.groups, &ball.objects, &ball.materials, &ball.polygons})
+      list->push_back(t);
+    ball.tangents.insert(ball.tangents.end(), 3, {.direction = {1, 0, 0}});
+  }
+  for (auto* names : {&ball.group_names, &ball.object_names, &ball.material_names})
+    names->resize(triangles);
+  for (std::uint32_t v = 0; v < vertices; ++v)
+    ball.colors.push_back({0, 0, 0, static_cast<std::uint8_t>(v % 251)});
+  std::map<std::uint32_t, std::uint32_t> face_at;
+  for (const std::uint32_t side : open_sides(ball.triangles, vertices))
+    face_at[ball.triangles[side / 3][side % 3]] = side / 3;
+  clean_mesh(ball, holes_up_to(1));
+  ASSERT_GT(ball.triangles.size(), triangles);
+  ASSERT_EQ(ball.positions.size(), ball.colors.size());
+  const auto nearest = nearest_rim_corners(ball, triangles, vertices);
+  for (std::size_t t = triangles; t < ball.triangles.size(); ++t) {
+    const Triangle& v = ball.triangles[t];
+    const std::uint32_t a = nearest.at(v[0]), b = nearest.at(v[1]), c = nearest.at(v[2]);
+    const std::set<std::uint32_t> faces{face_at.at(a), face_at.at(b), face_at.at(c)};
+    EXPECT_TRUE(faces.contains(ball.groups[t])) << t;
+    EXPECT_EQ(ball.objects[t], ball.groups[t]);
+    EXPECT_EQ(ball.materials[t], ball.groups[t]);
+    EXPECT_EQ(ball.polygons[t], t) << "each is a polygon of its own";
+  }
+  EXPECT_EQ(ball.tangents.size(), 3 * ball.triangles.size());
+  for (auto v = static_cast<std::uint32_t>(vertices); v < ball.positions.size(); ++v)
+    EXPECT_EQ(ball.colors[v][3], nearest.at(v) % 251) << v;
+}
+
+/// Wherever a rim begins, no triangle spans a seam of UVs.
+TEST(LargeHoles, UVsEndAtSeamsWhereverARimBegins) {
+  const Mesh given = cut(test::uv_sphere(32, 16), [](const Vec3d& p) { return !(p.x > 0.8); });
+  const std::size_t triangles = given.triangles.size();
+  const std::vector<Triangle> corners = welded_triangles(given);
+  const auto vertices = static_cast<std::uint32_t>(given.positions.size());
+  for (const std::uint32_t side : open_sides(corners, vertices)) {
+    // This vertex is the first one.
+    const std::uint32_t first = corners[side / 3][side % 3];
+    Mesh ball = given;
+    std::rotate(ball.positions.begin(), ball.positions.begin() + first, ball.positions.end());
+    for (Triangle& t : ball.triangles) {
+      for (std::uint32_t& v : t) v = (v + vertices - first) % vertices;
+    }
+    clean_mesh(ball, holes_up_to(1));
+    ASSERT_GT(ball.triangles.size(), triangles);
+    for (std::size_t t = triangles; t < ball.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2 &from = ball.uvs[ball.uv_triangles[t][k]],
+                   &to = ball.uvs[ball.uv_triangles[t][(k + 1) % 3]];
+        EXPECT_LT(std::hypot(from.x - to.x, from.y - to.y), 0.25) << side;
+      }
+    }
+  }
+}
+
 /// Walls at a right angle get a lid within their plane.
 TEST(LargeHoles, ABoxGetsAFlatLid) {
   Mesh box = test::plane(8, 8);

@@ -14,6 +14,8 @@
 #include "detail/occlusion_scene.h"
 #include "kiln/limits.h"
 #include "kiln/unwrap.h"
+#include "mesh/vector.h"
+#include "shared/ao_denoiser.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -290,6 +292,75 @@ TEST(AoDenoiser, IsTheSameOnAnyNumberOfThreads) {
   const BakeResult three_guarded = bake(source, low, options);
   set_thread_limit(0);
   EXPECT_EQ(map_of(one_guarded, "ao").pixels, map_of(three_guarded, "ao").pixels);
+}
+
+/// Weights of a step and their centroids, by their formulas in double precision: diagonal neighbours count as nearer by the
+/// square root of 2; normals 26 degrees apart, and neighbours over six times as far as the nearest, have no weight.
+TEST(AoDenoiser, WeightsFollowDistancesAndNormals) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = context_of(*test::device());
+  constexpr std::uint32_t kCount = 500;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<float> planes(6 * kCount);
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const double distance = std::exp(2 * unit(random));  // from 1 to 54 times as far
+    Vec3d p(unit(random), unit(random), unit(random)), n(0.3 * unit(random), 0.3 * unit(random), 1);
+    p = p * (distance / length(p));
+    n = n * (1 / length(n));
+    const double values[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+    for (std::size_t k = 0; k < 6; ++k) planes[k * kCount + i] = static_cast<float>(values[k]);
+  }
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    for (int k = 0; k < 8; ++k) indices.push_back(random() % 4 == 0 ? i : random() % kCount);
+  }
+  const cl::Array<float> points(context, std::span<const float>(planes));
+  const cl::Array<std::uint32_t> neighbours(context, std::span<const std::uint32_t>(indices));
+  const cl::Array<float> centroids(context, 2 * std::size_t{kCount});
+  const kiln_ao_denoiser_params params{kCount, kCount};
+  context.launch(context.kernel("ao_denoiser", "kiln_ao_denoiser_weights"), kCount, 64, params,
+                 neighbours, points);
+  context.launch(context.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), kCount, 64, params,
+                 neighbours, centroids);
+  const std::vector<std::uint32_t> packed = neighbours.download(context);
+  const std::vector<float> found = centroids.download(context);
+  const auto at = [&](std::size_t first, std::uint32_t i) {
+    return Vec3d(planes[first * kCount + i], planes[(first + 1) * kCount + i],
+                 planes[(first + 2) * kCount + i]);
+  };
+  std::size_t weighted = 0, cut = 0;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    double squared[8], share[8], nearest = 1e300, sum = 1;
+    for (std::size_t k = 0; k < 8; ++k) {
+      const Vec3d way = at(0, indices[8 * i + k]) - at(0, i);
+      squared[k] = dot(way, way) * (k < 4 ? 1 : 0.5);
+      if (indices[8 * i + k] != i) nearest = std::min(nearest, squared[k]);
+    }
+    for (std::size_t k = 0; k < 8; ++k) {
+      const std::uint32_t other = indices[8 * i + k];
+      const double similarity = std::max(0.0, 1 - 10 * (1 - dot(at(3, i), at(3, other))));
+      const bool counts = other != i && squared[k] <= 36 * nearest;
+      cut += other != i && !counts ? 1 : 0;
+      share[k] = counts ? similarity * similarity : 0;
+      sum += share[k];
+    }
+    double x = 0, y = 0, own = 1;
+    constexpr int kColumns[8] = {-1, 1, 0, 0, -1, 1, -1, 1}, kRows[8] = {0, 0, -1, 1, -1, -1, 1, 1};
+    for (std::size_t k = 0; k < 8; ++k) {
+      const std::uint32_t weight = packed[8 * i + k] >> 24U;
+      EXPECT_EQ(packed[8 * i + k] & 0xFFFFFFU, indices[8 * i + k]);
+      EXPECT_NEAR(weight, share[k] / sum * 256, 1.01) << i << " " << k;
+      weighted += weight > 8 ? 1 : 0;
+      x += kColumns[k] * (weight / 256.0);
+      y += kRows[k] * (weight / 256.0);
+      own -= weight / 256.0;
+    }
+    EXPECT_NEAR(found[2 * i], x * x + y * y + std::max(0.0, own - 0.25), 1e-5) << i;
+    EXPECT_EQ(found[2 * i + 1], found[2 * i]);
+  }
+  EXPECT_GT(weighted, 500U);
+  EXPECT_GT(cut, 50U);
 }
 
 }  // namespace

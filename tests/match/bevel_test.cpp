@@ -120,6 +120,15 @@ TEST(Bevel, OfTiltedFacesEndWhereTheyStayTilted) {
   EXPECT_NEAR(chamfer.width(), 0.4 * chamfer.ring(slope), 1e-5);
 }
 
+/// Of several sheets the outermost is the high poly's face.
+TEST(Bevel, InnerSheetsDoNotCount) {
+  KILN_REQUIRE_DEVICE();
+  const Profile chamfer = {{-1, 0}, {-0.03, 0}, {0, -0.03}, {0, -1}};
+  const Profile slanted = {{-1, -0.05}, {-0.07, -0.05}, {0, -0.09}};
+  const Found found = find_one({chamfer, slanted});
+  EXPECT_NEAR(found.width(), 0.4 * found.ring(0.03), 1e-5);
+}
+
 TEST(Bevel, WithoutAHighPolyIsAHundredthOfTheDiagonal) {
   KILN_REQUIRE_DEVICE();
   const Found found = find_one({{{-1, 1}, {1, 1}, {1, -1}}});

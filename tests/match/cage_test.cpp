@@ -292,6 +292,19 @@ TEST(Cage, MayBeAnyClosedHull) {
   EXPECT_THROW(bake(source, low, options), Error);
 }
 
+/// Rays from a hull are twice as long as the hull is away, so that they reach as far below the low poly.
+TEST(Cage, RaysFromAHullReachAsFarBelowAsItIsAbove) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = test::uv_sphere(48, 24), hull = test::icosphere(4, 1.1);
+  for (const double radius : {0.92, 0.85}) {
+    BakeOptions options = options_of(32);
+    options.match.cage_mesh = &hull;
+    const BakeReport report =
+        bake(Source(*test::device(), test::icosphere(5, radius)), low, options).report;
+    EXPECT_EQ(report.missed, radius > 0.9 ? 0 : report.samples) << radius;
+  }
+}
+
 TEST(Cage, RefusesOptionsOutOfRange) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::cube());

@@ -363,6 +363,18 @@ TEST(SmallCharts, TakeNoTexelsOfChartsThatCrossTiles) {
       for (const AssignedTexel& texel : small.texels)
         EXPECT_EQ(texel.column, 70U) << row << " " << texel.row;
     }
+    // Only the first row of a tile is within reach of these; the tiles above it are of no small chart.
+    for (const double row : {72.2, 136.2, 200.2}) {
+      auto triangles = quad(30, 3, 90, 250, kWidth, kHeight);
+      const auto inner = quad(60.1, row, 60.2, row + 0.1, kWidth, kHeight);
+      triangles.insert(triangles.end(), inner.begin(), inner.end());
+      const LowSurface surface = flat_surface(triangles);
+      const SmallCharts small =
+          SmallCharts::of(surface, TexelPieces::of(surface, kWidth * samples, kHeight * samples),
+                          kWidth, kHeight, samples);
+      EXPECT_TRUE(small.texels.empty()) << row;
+      EXPECT_EQ(small.triangles_without_texel.size(), 2U);
+    }
   }
 }
 
