@@ -127,6 +127,13 @@ TEST(LevelEvaluator, TellsOfLevelsNearThoseThatAreKnown) {
   evaluator.record_measured(2 * kStep, false, {fine / 4, 0, 0});
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share) / 4, 1e-9);
   EXPECT_EQ(error(3 * kStep), coarse / 2);
+  // Errors with a map and without are corrected each by itself.
+  const LevelErrors mapped = evaluator.at(3 * kStep, true);
+  EXPECT_GT(mapped.silhouette_mismatch, 0);
+  evaluator.record_measured(3 * kStep, true,
+                            {0.9 * mapped.without_map, 0.5 * mapped.infinite_map, 0});
+  EXPECT_NEAR(evaluator.at(3 * kStep, true).without_map, 0.9 * mapped.without_map, 1e-9);
+  EXPECT_NEAR(evaluator.at(3 * kStep, true).infinite_map, 0.5 * mapped.infinite_map, 1e-9);
 }
 
 TEST(Coarsest, IsTheLastThatDoesAndAsksFew) {

@@ -292,6 +292,16 @@ TEST(PictureFit, OptionsLeaveWaysOut) {
       }
     }
   }
+  // In any format a quality excludes all others, but for normals, which have a bound of their own.
+  PictureFitOptions fixed = jpeg;
+  fixed.any_format = true;
+  fixed.encode.max_normal_error = 0;
+  for (const PictureLadder& ladder : picture_ladders(maps, fixed)) {
+    bool has_others = false;
+    for (const PictureChoice& choice : ladder.choices)
+      has_others = has_others || choice.encoding.quality != 77;
+    EXPECT_EQ(has_others, ladder.picture == PictureSlot::normal);
+  }
   // JPEG has no alpha.
   Image opacity = image_of(64, 1);
   maps.opacity = &opacity;

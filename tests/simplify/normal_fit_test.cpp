@@ -380,6 +380,17 @@ TEST(NormalFit, SmoothShapesHaveNoCreases) {
   EXPECT_EQ(creased.normal_triangles, usual.normal_triangles);
 }
 
+TEST(NormalFans, RowsWithoutADirectionPointUp) {
+  Normals normals(5, 3);
+  normals << 0, -3, 4, 0, 0, 0, NAN, 1, 0, HUGE_VAL, 0, 0, 1e-200, 0, 0;
+  normalize(normals);
+  const Normals up = (Normals(1, 3) << 0, 0, 1).finished();
+  EXPECT_NEAR(normals(0, 1), -0.6, 1e-15);
+  EXPECT_NEAR(normals(0, 2), 0.8, 1e-15);
+  for (const Eigen::Index row : {1, 2, 3}) EXPECT_EQ(normals.row(row), up.row(0)) << row;
+  EXPECT_TRUE(normals.row(4).norm() == 1);
+}
+
 // Two triangles that are one chart at one end of their common edge, and part at the other, as a dart does.
 TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
   Mesh low;

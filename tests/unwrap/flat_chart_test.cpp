@@ -8,9 +8,11 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "support/shapes.h"
+#include "unwrap/chart_choice.h"
 #include "unwrap/chart_growth.h"
 #include "unwrap/flat_predicates.h"
 #include "unwrap/flat_system.h"
@@ -329,6 +331,123 @@ TEST(FlatChart, SimplePolygons) {
   EXPECT_TRUE(is_simple(hook, 0.09));
   EXPECT_FALSE(is_simple(hook, 0.11));
   EXPECT_FALSE(first_touching_sides(hook, 0.09).has_value());
+}
+
+/// Each pair of sides, looked at alone: what touches is found, and no other pair.
+TEST(FlatChart, TouchingSidesAreThoseOfAllPairs) {
+  std::mt19937 random(31);
+  const auto unit = [&] { return static_cast<double>(random() % 1024) / 1024; };
+  std::size_t touching = 0, apart = 0;
+  for (int round = 0; round < 300; ++round) {
+    const std::size_t count = 3 + random() % 10;
+    std::vector<Vec2d> polygon;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double angle =
+          2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+      const double radius = 0.05 + unit();
+      // Stars, some of them rough, and polygons that cross themselves.
+      polygon.push_back(round % 3 == 0 ? Vec2d{unit(), unit()}
+                                       : Vec2d{radius * std::cos(angle), radius * std::sin(angle)} +
+                                             Vec2d{unit(), unit()} * (round % 3 * 0.2));
+    }
+    const double distance = round % 2 * 0.3 * unit();
+    std::vector<std::pair<std::size_t, std::size_t>> expected;
+    for (std::size_t a = 0; a < count; ++a) {
+      for (std::size_t b = a + 1; b < count; ++b) {
+        const std::size_t between = std::min(b - a, count - (b - a)) - 1;
+        if (between == 0) continue;
+        const std::array<Vec2d, 4> p{polygon[a], polygon[(a + 1) % count], polygon[b],
+                                     polygon[(b + 1) % count]};
+        bool boxes_meet = true;
+        for (const auto& axis : {&Vec2d::x, &Vec2d::y}) {
+          boxes_meet =
+              boxes_meet &&
+              std::max(p[0].*axis, p[1].*axis) + distance >= std::min(p[2].*axis, p[3].*axis) &&
+              std::max(p[2].*axis, p[3].*axis) + distance >= std::min(p[0].*axis, p[1].*axis);
+        }
+        if (boxes_meet &&
+            !segments_apart_certain(p[0], p[1], p[2], p[3], between == 1 ? 0 : distance)) {
+          expected.emplace_back(a, b);
+        } else {
+          ++apart;
+        }
+      }
+    }
+    touching += expected.size();
+    std::vector<std::pair<std::size_t, std::size_t>> found = touching_sides(polygon, distance, 999);
+    for (auto& [a, b] : found) {
+      if (a > b) std::swap(a, b);
+    }
+    std::sort(found.begin(), found.end());
+    EXPECT_EQ(found, expected) << round;
+    EXPECT_EQ(is_simple(polygon, distance), expected.empty());
+    EXPECT_EQ(touching_sides(polygon, distance, 1).size(),
+              std::min<std::size_t>(expected.size(), 1));
+  }
+  EXPECT_GT(touching, 100U);
+  EXPECT_GT(apart, 1000U);
+}
+
+/// Of three sheets at one edge the two that run on most smoothly are one surface, in whatever order they stand; sheets
+/// that face opposite ways are not.
+TEST(ChartSurface, SheetsGoOnWhereTheyBendLeast) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {-1, 0, 0.2F}, {0, 0, -1}, {-1, 0, -0.1F}};
+  // The first three run on to each other over the edge 0 1; the last is turned over.
+  const std::vector<Triangle> sheets{{1, 0, 2}, {0, 1, 3}, {0, 1, 4}, {1, 0, 5}};
+  std::vector<std::size_t> order{0, 1, 2, 3};
+  do {
+    mesh.triangles.clear();
+    for (const std::size_t i : order) mesh.triangles.push_back(sheets[i]);
+    const ChartSurface surface = chart_surface(mesh);
+    ASSERT_EQ(surface.triangles.size(), 4U);
+    const auto place = [&](std::size_t sheet) {
+      return static_cast<std::uint32_t>(std::find(order.begin(), order.end(), sheet) -
+                                        order.begin());
+    };
+    // The half-edge from corner 0 of each is the shared one.
+    const auto mate = [&](std::size_t sheet) { return surface.mate[3 * place(sheet)]; };
+    EXPECT_EQ(mate(0), 3 * place(1));
+    EXPECT_EQ(mate(1), 3 * place(0));
+    EXPECT_EQ(mate(2), 3 * place(3));
+    EXPECT_EQ(mate(3), 3 * place(2));
+    for (std::uint32_t h = 0; h < 12; ++h) {
+      if (h % 3 != 0) EXPECT_EQ(surface.mate[h], kNoIndex);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  // A fifth sheet bends less than the second, but runs along the edge as the first does: it would face the other way.
+  mesh.positions.push_back({1, 0, 0.1F});
+  mesh.triangles = {{1, 0, 6}, sheets[0], sheets[1]};
+  const ChartSurface surface = chart_surface(mesh);
+  EXPECT_EQ(surface.mate[0], kNoIndex);
+  EXPECT_EQ(surface.mate[3], 6U);
+  EXPECT_EQ(surface.mate[6], 3U);
+}
+
+/// Relaxed charts have the area of their surface each, and outlines are their borders.
+TEST(FlatChart, RelaxedChartsHaveTheirSurfacesArea) {
+  const ChartSurface surface = chart_surface(test::BumpySphere::dense(1200));
+  ChartBorders borders(surface);
+  std::vector<FlatChart> charts = grow_charts(surface, borders, {});
+  ASSERT_GT(charts.size(), 1U);
+  for (FlatChart& chart : charts) {
+    for (Vec2d& p : chart.points) p = p * 1.3;
+  }
+  relax_charts(charts, 2);
+  const std::vector<Outline> outlines = outlines_of(charts);
+  ASSERT_EQ(outlines.size(), charts.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    double area = 0, enclosed = 0;
+    for (const std::uint32_t t : charts[i].source) area += surface.area[t];
+    EXPECT_NEAR(flat_area(charts[i]), area, 1e-9 * area);
+    EXPECT_NEAR(outlines[i].area, area, 1e-9 * area);
+    ASSERT_EQ(outlines[i].rings.size(), 1U);
+    const std::vector<Vec2d>& ring = outlines[i].rings[0];
+    ASSERT_EQ(ring.size(), charts[i].boundary.size());
+    for (std::size_t k = 0; k < ring.size(); ++k)
+      enclosed += cross(ring[k], ring[(k + 1) % ring.size()]) / 2;
+    EXPECT_NEAR(enclosed, area, 1e-9 * area);
+  }
 }
 
 TEST(FlatChart, GrownChartsOfASphereAreDiscsThatCoverIt) {
