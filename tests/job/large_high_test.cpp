@@ -132,7 +132,7 @@ TEST(LargeHigh, StreamsFromTheMemoryOnThatABakeNeeds) {
   EXPECT_FALSE(high.is_streamed(256 + 69 + 16));
 }
 
-/// Maps of an asset that are left to Kiln: those that chunks can give, and colours if the mesh has some.
+/// Maps of an asset that are left to Kiln: those of a mesh in memory, and colours if the mesh has some.
 TEST(LargeHigh, AssetsHaveColoursIfTheMeshHasThem) {
   const fs::path folder = scratch_folder();
   Mesh mesh = tetrahedron();
@@ -143,15 +143,12 @@ TEST(LargeHigh, AssetsHaveColoursIfTheMeshHasThem) {
     Job job;
     job.out = "game.glb";
     set_default_asset_maps(job);
-    RunLog log({}, {});
-    ASSERT_TRUE(choose_streamed_asset_maps(job, *stream, log));
-    std::vector<MapKind> expected = {MapKind::normal};
+    ASSERT_TRUE(choose_streamed_asset_maps(job, *stream));
+    std::vector<MapKind> expected = {MapKind::normal, MapKind{"ao"}};
     if (colored) expected.emplace_back("color");
     EXPECT_EQ(job.bake.maps, expected);
-    ASSERT_EQ(log.warnings.size(), 1U);
-    EXPECT_EQ(log.warnings[0].code, "maps-left-out");
     job.given.insert("--maps");
-    EXPECT_FALSE(choose_streamed_asset_maps(job, *stream, log));
+    EXPECT_FALSE(choose_streamed_asset_maps(job, *stream));
   }
 }
 

@@ -117,7 +117,7 @@ TEST(Bands, OfAnySizeTellTheSameOverlap) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::random_layout(40, 5, 0.2, false));
   for (const MatchRow& row : match_rows()) {
-    if (row.at_uvs == nullptr) continue;
+    if (row.find_at_uvs == nullptr) continue;
     const Matched whole = match_in_bands(row, source, test::plane(1, 1), 1U << 22);
     const Matched parts = match_in_bands(row, source, test::plane(1, 1), 8 * kSide);
     EXPECT_GT(parts.bands, 4U);

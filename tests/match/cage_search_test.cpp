@@ -53,8 +53,8 @@ std::optional<Heights> heights(const std::vector<Sheet>& high, const std::vector
     if (needs.points.list[i].triangle >= 8) continue;  // the first sheet's come first
     EXPECT_EQ(needs.counts[i], 1);
     EXPECT_EQ(needs.found[i], 1);
-    const Heights own{needs.outward[i] * unit, needs.outward_most[i] * unit, needs.inward[i] * unit,
-                      needs.inward_most[i] * unit};
+    const Heights own{needs.min_outward_height[i] * unit, needs.max_outward_height[i] * unit,
+                      needs.min_inward_depth[i] * unit, needs.max_inward_depth[i] * unit};
     if (!result) result = own;
     EXPECT_NEAR(own.outward, result->outward, 1e-4);
     EXPECT_NEAR(own.inward, result->inward, 1e-4);

@@ -46,10 +46,10 @@ struct Fit {
     needs.points.list.push_back({triangle, u, v});
     needs.counts.push_back(1);
     needs.found.push_back(1);
-    needs.outward.push_back(least);
-    needs.outward_most.push_back(most);
-    needs.inward.push_back(0);
-    needs.inward_most.push_back(kFree);
+    needs.min_outward_height.push_back(least);
+    needs.max_outward_height.push_back(most);
+    needs.min_inward_depth.push_back(0);
+    needs.max_inward_depth.push_back(kFree);
     needs.direction.push_back(direction_of(cosine));
   }
   void add_corner_points(std::uint32_t triangle, float least, float most, double cosine = 1) {
@@ -81,14 +81,14 @@ TEST(CageShells, RiseByAQuarterOrTheMarginWithinHalfOfTheFreeSpace) {
     for (const float offset : shells.inward) EXPECT_NEAR(offset, kMargin, 1e-6);
     EXPECT_EQ(shells.conflicts, of.most < of.least ? 3U : 0U);
     // The same, inwards; it is no conflict there.
-    std::swap(fit.needs.outward, fit.needs.inward);
-    std::swap(fit.needs.outward_most, fit.needs.inward_most);
+    std::swap(fit.needs.min_outward_height, fit.needs.min_inward_depth);
+    std::swap(fit.needs.max_outward_height, fit.needs.max_inward_depth);
     const CageShells turned = fit.run(3);
     EXPECT_EQ(turned.inward, shells.outward);
     EXPECT_EQ(turned.conflicts, 0U);
     // Points that another part covers, and that have no face, count for nothing.
-    std::swap(fit.needs.outward, fit.needs.inward);
-    std::swap(fit.needs.outward_most, fit.needs.inward_most);
+    std::swap(fit.needs.min_outward_height, fit.needs.min_inward_depth);
+    std::swap(fit.needs.max_outward_height, fit.needs.max_inward_depth);
     fit.needs.counts.assign(3, 0);
     fit.needs.found.assign(3, 0);
     const CageShells none = fit.run(3);
@@ -162,8 +162,8 @@ TEST(CageShells, PutFacesBeforeBounds) {
       const std::uint32_t* v = &fit.vertex_of[3 * fit.needs.points.list[i].triangle];
       const double height =
           0.4 * shells.outward[v[0]] + 0.3 * shells.outward[v[1]] + 0.3 * shells.outward[v[2]];
-      EXPECT_GE(height, fit.needs.outward[i] - kTolerance);
-      above += height > fit.needs.outward_most[i] + kTolerance ? 1 : 0;
+      EXPECT_GE(height, fit.needs.min_outward_height[i] - kTolerance);
+      above += height > fit.needs.max_outward_height[i] + kTolerance ? 1 : 0;
     }
     EXPECT_EQ(shells.conflicts, above);
   }

@@ -131,7 +131,7 @@ TEST(CollapseMesh, IsWhatAPlainListOfTrianglesIs) {
       two_sided.push_back(sides_of(t));
     }
     CollapseMesh mesh(points, shape.triangles, labels);
-    mesh.count_sides(two_sided);
+    mesh.set_two_sided(two_sided);
     std::mt19937 random(5);
     for (int step = 0; mesh.faces > 4; ++step) {
       if (step % 7 == 0) {

@@ -230,7 +230,7 @@ TEST(ChartCuts, GainsAreTheAreasOfBoxesLessThePrice) {
     const CutShape shape(sheet.surface, chart, neighbours);
     const double area = sheet.surface.total_area, extent = std::sqrt(area);
     const double whole = box_of(chart, std::vector<std::uint8_t>(chart.source.size(), 0), 0);
-    EXPECT_NEAR(shape.box, whole, 1e-5 * whole);
+    EXPECT_NEAR(shape.box_area, whole, 1e-5 * whole);
     EXPECT_NEAR(smallest_box(chart), whole, 1e-5 * whole);
     EXPECT_NEAR(shape.area, area, 1e-9);
     const std::vector<CutPrice> prices{{0, 0, 0, 0},
