@@ -91,7 +91,7 @@ TEST_F(KeptAsset, IsNotKeptWhereInputsChangedMeanwhile) {
   inputs_.files[(folder_ / "high.obj").string()] = std::string(32, '0');
   expect_refused("another file was read");
   inputs_ = good;
-  inputs_.absent.insert((folder_ / "low_normal.png").string());
+  inputs_.missing_files.insert((folder_ / "low_normal.png").string());
   expect_refused("a file that was missing is there");
   inputs_ = good;
   inputs_.answers[{folder_.string(), "named high.obj"}] = "elsewhere/high.obj\n";
