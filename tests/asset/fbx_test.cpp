@@ -19,6 +19,7 @@
 #include "kiln/limits.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -308,7 +309,7 @@ TEST(Fbx, ScalesAreInheritedInThreeWays) {
 TEST(Fbx, TheCaseOfPivots) {
   KILN_REQUIRE_DATA("cases/fbx_pivots/pivot.fbx");
   const fs::path file = *test::shared_data("cases/fbx_pivots/pivot.fbx");
-  const std::string bytes = test::contents(file);
+  const std::string bytes = test::read_file(file);
   const Asset asset = read_fbx({file.string(), bytes});
   ASSERT_EQ(asset.mesh.object_names, (std::vector<std::string>{"parent", "child"}));
   const Vector child = corners_of(asset.mesh).at(1).at(0);
@@ -1095,7 +1096,7 @@ TEST(Fbx, FilesOfOthers) {
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   for (const Expected& expected : kFiles) {
     SCOPED_TRACE(expected.file);
-    const std::string bytes = test::contents(folder / expected.file);
+    const std::string bytes = test::read_file(folder / expected.file);
     const Asset asset = read_fbx({(folder / expected.file).string(), bytes});
     const Mesh& mesh = asset.mesh;
     EXPECT_EQ(mesh.triangles.size(), expected.triangles);
@@ -1136,7 +1137,7 @@ TEST(Fbx, EmbeddedPicturesAndFactors) {
   KILN_REQUIRE_DATA("assets/FBX/box.fbx");
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   const auto read = [&](const char* file) {
-    const std::string bytes = test::contents(folder / file);
+    const std::string bytes = test::read_file(folder / file);
     return read_fbx({(folder / file).string(), bytes});
   };
   for (const char* file : {"box_orphant_embedded_texture.fbx", "embedded_ascii/box.FBX"}) {
@@ -1147,7 +1148,7 @@ TEST(Fbx, EmbeddedPicturesAndFactors) {
   }
   // Pictures that are there are found; others are told, and the numbers stand.
   const char* const pbr = "maxPbrMaterial_metalRough.fbx";
-  const std::string bytes = test::contents(folder / pbr);
+  const std::string bytes = test::read_file(folder / pbr);
   const fs::path scratch = test::scratch_folder();
   std::vector<Warning> warnings;
   const auto read_here = [&] {
@@ -1174,7 +1175,7 @@ TEST(Fbx, DamagedFilesAreErrorsOrMeshes) {
   KILN_REQUIRE_DATA("assets/FBX/box.fbx");
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   for (const char* file : {"box_orphant_embedded_texture.fbx", "embedded_ascii/box.FBX"}) {
-    const std::string bytes = test::contents(folder / file);
+    const std::string bytes = test::read_file(folder / file);
     for (std::size_t i = 0; i < 60; ++i) {
       std::string damaged = bytes;
       damaged[bytes.size() * (2 * i + 1) / 120] = "!\n\"5"[i % 4];

@@ -14,6 +14,7 @@
 #include "kiln/image.h"
 #include "kiln/material.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -531,8 +532,7 @@ TEST(Materials, TexturesOfTwoChannelsAreNoColours) {
                                                                 : material.normal_map;
     picture.file = folder / file;
     if (in_memory) {
-      std::ifstream stream(folder / file, std::ios::binary);
-      const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+      const std::string bytes = test::read_file(folder / file);
       const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
       picture.bytes = std::make_shared<const std::vector<std::byte>>(first, first + bytes.size());
     }
