@@ -1027,6 +1027,57 @@ TEST(Fbx, InstancesAreCountedBeforeMemoryIsTaken) {
   set_memory_limit(0);
 }
 
+/// What an instance of a mesh takes depends on what its corners hold.
+TEST(Fbx, MemoryOfInstancesIsThatOfTheirCorners) {
+  constexpr std::uint64_t kFaces = 4000, kInstances = 2000;
+  const auto needed_mebibytes = [&](std::size_t sides, bool normals, bool colors) {
+    FbxScene scene;
+    std::vector<std::int32_t> corners;
+    for (std::uint64_t i = 0; i < kFaces; ++i) {
+      for (std::size_t k = 0; k < sides; ++k) {
+        const auto corner = static_cast<std::int32_t>(k);
+        corners.push_back(k + 1 == sides ? -corner - 1 : corner);
+      }
+    }
+    FbxRecord& mesh = scene.mesh(10, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, corners);
+    if (normals) {
+      mesh.children.push_back(normals_by_corner(std::vector<double>(3 * corners.size(), 0.5)));
+    }
+    if (colors) {
+      mesh.children.push_back({"LayerElementColor",
+                               {std::int64_t{0}},
+                               {{"MappingInformationType", {std::string("ByPolygonVertex")}},
+                                {"ReferenceInformationType", {std::string("Direct")}},
+                                {"Colors", {std::vector<double>(4 * corners.size(), 0.5)}}}});
+    }
+    for (std::uint64_t i = 0; i < kInstances; ++i) {
+      const auto id = static_cast<std::int64_t>(100 + i);
+      scene.model(id, "n", 0);
+      scene.connect(10, id);
+    }
+    const std::string bytes = scene.binary(7400, true);
+    set_memory_limit(memory_limit() - memory_left() + (std::uint64_t{1} << 28));
+    std::string text;
+    try {
+      read_fbx({"a.fbx", bytes});
+    } catch (const Error& error) {
+      text = error.what();
+    }
+    set_memory_limit(0);
+    const std::size_t at = text.find("would take ");
+    EXPECT_NE(at, std::string::npos) << text;
+    return at == std::string::npos ? 0 : std::stod(text.substr(at + 11));
+  };
+  const auto expected = [&](std::uint64_t sides, std::uint64_t bytes) {
+    return static_cast<double>(kFaces * kInstances * sides * bytes) / (1 << 20);
+  };
+  EXPECT_NEAR(needed_mebibytes(3, false, false), expected(3, 20), 1);
+  EXPECT_NEAR(needed_mebibytes(4, false, false), expected(4, 44), 1);
+  EXPECT_NEAR(needed_mebibytes(3, true, false), expected(3, 44), 1);
+  EXPECT_NEAR(needed_mebibytes(3, false, true), expected(3, 62), 1);
+  EXPECT_NEAR(needed_mebibytes(4, true, true), expected(4, 110), 1);
+}
+
 // ---- other people's files -----------------------------------------------------------------------
 
 // The counts are those that Blender 5.0 reads (bpy, wm.fbx_import without animations), and so are the boxes, turned to Y up.
