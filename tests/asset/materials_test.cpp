@@ -166,6 +166,48 @@ TEST(Materials, AreFoundBesideTheMesh) {
   EXPECT_THROW(load_materials(mesh, folder / "mesh.obj"), Error);
 }
 
+/// The number of a material's opacity counts beside a picture of colours, and the alpha of that picture beside other
+/// materials' pictures of opacity.
+TEST(Materials, OpacityIsThePicturesAlphaTimesTheNumber) {
+  const fs::path folder = test::scratch_folder();
+  save_image({1, 1, 4, {1, 0, 0, 0.8F}}, folder / "alpha.png", {.format = ImageFormat::png8});
+  save_image({1, 1, 3, {0, 1, 0}}, folder / "color.png", {.format = ImageFormat::png8});
+  save_image({1, 1, 1, {0.6F}}, folder / "holes.png", {.format = ImageFormat::png8});
+  std::ofstream(folder / "mesh.obj")
+      << "mtllib mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"
+         "usemtl other\nf 1 2 3\n";
+  const auto opacity = [&](const std::string& statements, const std::string& other) {
+    std::ofstream(folder / "mesh.mtl") << "newmtl m\n" << statements << "newmtl other\n" << other;
+    const Mesh mesh = load_mesh(folder / "mesh.obj");
+    const Texture texture =
+        load_material_texture(load_materials(mesh, folder / "mesh.obj"), MaterialSlot::opacity);
+    // Alpha is the fourth channel, unless a material reads another picture.
+    EXPECT_EQ(texture.channel,
+              (statements + other).find("map_d holes") == std::string::npos ? 3U : 0U);
+    const std::uint32_t index = texture.image_of[0];
+    if (index == Texture::kNone) return texture.plain[0][texture.channel];
+    const Image& image = *texture.images[index];
+    // a picture without the channel of alpha is opaque
+    const float value = image.channels == 1                ? image.pixels[0]
+                        : texture.channel < image.channels ? image.pixels[texture.channel]
+                                                           : 1;
+    return texture.factors.empty() ? value : value * texture.factors[0].times[texture.channel];
+  };
+  const std::string plain = "Kd 1 1 1\n", colored = "map_Kd alpha.png\n",
+                    holes = "map_d holes.png\n";
+  for (const std::string& other : {plain, colored, holes}) {
+    SCOPED_TRACE(other);
+    EXPECT_NEAR(opacity("map_Kd alpha.png\n", other), 0.8, 1e-6);
+    EXPECT_NEAR(opacity("d 0.4\nmap_Kd color.png\n", other), 0.4, 1e-6);
+    EXPECT_NEAR(opacity("Tr 0.3\nmap_Kd color.png\n", other), 0.7, 1e-6);
+    EXPECT_NEAR(opacity("Tr 1\nmap_Kd color.png\n", other), 1, 1e-6);
+    EXPECT_NEAR(opacity("d 0.5\nmap_Kd alpha.png\n", other), 0.4, 1e-6);
+    EXPECT_NEAR(opacity("d 0.5\nmap_Kd alpha.png\nmap_d alpha.png\n", other), 0.8, 1e-6);
+    EXPECT_NEAR(opacity("d 0.5\nmap_Kd alpha.png\nmap_d holes.png\n", other), 0.6, 1e-6);
+    EXPECT_NEAR(opacity("d 0.25\n", other), 0.25, 1e-6);
+  }
+}
+
 // ---- which statements mean what ----------------------------------------------------------------
 
 std::uint64_t count(const std::vector<Warning>& warnings, const std::string& code) {
