@@ -527,6 +527,12 @@ TEST(CInterface, WritesOverNothingThatWasRead) {
   for (const kiln_mesh* each : {mesh.get(), unwrapped.get(), light.get()}) {
     refused(kiln_mesh_save_obj(each, file.string().c_str()));
     refused(kiln_mesh_save_obj(each, (folder / "link.obj").string().c_str()));
+    // Both names are stated where they differ.
+    const std::string message = kiln_error_message();
+    EXPECT_NE(message.find("link.obj' is the input '"), std::string::npos) << message;
+    EXPECT_NE(message.find("read.obj' and would be overwritten: choose another name or folder"),
+              std::string::npos)
+        << message;
     refused(kiln_mesh_save_obj(each, (folder / "skin.mtl").string().c_str()));
   }
   EXPECT_EQ(read_file(folder / "skin.mtl"), "newmtl skin\n");

@@ -208,6 +208,31 @@ TEST(Materials, OpacityIsThePicturesAlphaTimesTheNumber) {
   }
 }
 
+/// Nouns and verbs of messages agree with one and with many.
+TEST(Materials, MessagesAgreeWithTheirCounts) {
+  const auto said = [](const std::string& text) {
+    std::vector<Warning> warnings;
+    read("newmtl a\n" + text, &warnings);
+    std::string all;
+    for (const Warning& warning : warnings) all += std::string(warning.message.text()) + "\n";
+    return all;
+  };
+  const auto has = [](const std::string& text, const std::string& words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  const std::string tr = "Kd 1 1 1\nTr 1\n", ignored = "map_foo a.png\n",
+                    moved = "map_Kd -t 1 1 a.png\n";
+  has(said(tr), "1 material has Tr 1 and no d, which means invisible. It is read as opaque");
+  has(said(tr + "newmtl b\n" + tr),
+      "2 materials (this is the first) have Tr 1 and no d, which means invisible. They are read as "
+      "opaque");
+  has(said(ignored), "1 statement of a picture is not supported, and was ignored");
+  has(said(ignored + ignored),
+      "2 statements (this is the first) of pictures are not supported, and were ignored");
+  has(said(moved), "1 picture has options that Kiln does not support");
+  has(said(moved + moved), "2 pictures (this is the first) have options that Kiln");
+}
+
 // ---- which statements mean what ----------------------------------------------------------------
 
 std::uint64_t count(const std::vector<Warning>& warnings, const std::string& code) {

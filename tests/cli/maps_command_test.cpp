@@ -374,7 +374,7 @@ TEST(MapsCommand, RefusesBadPictures) {
   save_image({2, 1, 3, {nan, 0, 1, 1, 0, 0}}, scene / "nan.exr", {ImageFormat::exr_float});
   const ProcessResult holes = bake(scene, {"--transfer", scene / "nan.exr"});
   EXPECT_EQ(holes.exit_code, 0) << holes.errors;
-  EXPECT_NE(holes.errors.find("1 numbers that are NaN"), std::string::npos) << holes.errors;
+  EXPECT_NE(holes.errors.find("1 number that is NaN"), std::string::npos) << holes.errors;
   fs::remove_all(scene / "out");
   // Materials that name themselves, and a picture that is a file of materials.
   std::ofstream(scene / "high.mtl") << "mtllib high.mtl\nnewmtl brick\nmap_Kd high.mtl\n";
