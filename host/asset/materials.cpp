@@ -181,6 +181,19 @@ bool holds_number(MaterialSlot slot) {
          slot == MaterialSlot::occlusion;
 }
 
+/// True if the opacity of a material outside of glTF is the alpha channel of its colour picture, since
+/// it has no picture of opacity, or that one.
+bool reads_color_alpha(const Material& material) {
+  return !material.multiplies &&
+         (material.opacity_map.empty() || material.opacity_map.file == material.color_map.file);
+}
+
+/// The picture that a slot reads.
+const MaterialPicture& source_picture(const Material& material, MaterialSlot slot) {
+  return slot == MaterialSlot::opacity && reads_color_alpha(material) ? material.color_map
+                                                                      : picture_of(material, slot);
+}
+
 /// Index of the picture's channel that a slot uses; -1: all channels.
 /// \param in_alpha     true: the texture consists of the alpha channel already
 /// \param among_gltf   true: some materials come from glTF, where a map is one channel of a picture
@@ -190,8 +203,9 @@ int channel_of(const Material& material, MaterialSlot slot, const MaterialPictur
       slot == MaterialSlot::emission) {
     return -1;
   }
-  const bool uses_alpha = slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 &&
-                          among_gltf && picture.file == material.color_map.file;
+  const bool uses_alpha =
+      slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 &&
+      (reads_color_alpha(material) || (among_gltf && picture.file == material.color_map.file));
   return uses_alpha ? 3 : picture.channel;
 }
 
@@ -199,7 +213,14 @@ int channel_of(const Material& material, MaterialSlot slot, const MaterialPictur
 Texture::Factor factor_of(const Material& material, MaterialSlot slot,
                           const MaterialPicture& picture) {
   Texture::Factor factor;
-  if (!material.multiplies) return factor;
+  if (!material.multiplies) {
+    // MTL and FBX may name a picture of colours and state a number for opacity, as of tinted glass: the picture's alpha
+    // does not replace the number. A picture of opacity replaces it, as in Blender.
+    if (slot == MaterialSlot::opacity && material.opacity_map.empty()) {
+      factor.times = default_value_of(material, slot);
+    }
+    return factor;
+  }
   factor.times = default_value_of(material, slot);
   factor.times[3] = 1;  // Alpha is not multiplied here, since opacity is a slot of its own
   if (slot == MaterialSlot::normal) {
@@ -559,15 +580,11 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
                                               : TextureKind::linear;
-  // The opacity may be the alpha channel of the colour picture.
-  const bool in_alpha =
-      slot == MaterialSlot::opacity &&
-      std::all_of(materials.begin(), materials.end(), [](const Material& m) {
-        return !m.multiplies && (m.opacity_map.empty() || m.opacity_map.file == m.color_map.file);
-      });
+  // The opacity of all materials may be the alpha channel of the colour picture.
+  const bool in_alpha = slot == MaterialSlot::opacity &&
+                        std::all_of(materials.begin(), materials.end(), reads_color_alpha);
   const bool among_gltf = std::any_of(materials.begin(), materials.end(),
                                       [](const Material& m) { return m.multiplies; });
-  const MaterialSlot source_slot = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
   Pictures pictures(texture.kind);
   MaterialFinding heights, missing, two_channel;
@@ -577,7 +594,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[m];
-    const MaterialPicture& picture = picture_of(material, source_slot);
+    const MaterialPicture& picture = source_picture(material, slot);
     texture.plain.push_back(default_value_of(material, slot));
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
@@ -608,7 +625,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       if (mesh != nullptr && counts.empty()) {
         std::vector<PicturePlace> places;
         for (const Material& other : materials) {
-          const MaterialPicture& named = picture_of(other, source_slot);
+          const MaterialPicture& named = source_picture(other, slot);
           places.push_back({named.uv_set, named.uv_transform});
         }
         counts = count_tiles(*mesh, places);
@@ -616,7 +633,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       if (mesh != nullptr) used_tiles = &counts[m];
       tiles = find_tiles(picture.file, used_tiles, [&](const fs::path& file) {
         return std::any_of(materials.begin(), materials.end(), [&](const Material& other) {
-          const MaterialPicture& named = picture_of(other, source_slot);
+          const MaterialPicture& named = source_picture(other, slot);
           return named.file == file && named.file != picture.file;
         });
       });
@@ -673,7 +690,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
                      "'): only the material's constant value is used.");
   }
   if (two_channel.count() != 0) {
-    const std::string file = picture_of(two_channel.first(), source_slot).file.string();
+    const std::string file = source_picture(two_channel.first(), slot).file.string();
     two_channel.warn(warnings, "two-channel-colors",
                      "with a texture of two channels" +
                          (file.empty() ? std::string() : " ('" + file + "')") +

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "asset/materials.h"
+#include "base/counted.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 #include "io/file/unicode.h"
@@ -85,25 +86,30 @@ class MtlReader {
       if (!keyword.empty()) parse_statement(keyword);
     } while (scan_.next_line());
     finish_material();
-    const auto warn = [this](const char* code, const StatementCount& what,
-                             const std::string& text) {
+    // `one` and `many` continue the message after the count and its noun.
+    const auto warn = [this](const char* code, const StatementCount& what, const char* noun,
+                             const std::string& one, const std::string& many) {
       if (what.count == 0) return;
-      input_.warn(code, printable(what.example) + ": " + std::to_string(what.count) + " " + text,
+      input_.warn(code,
+                  printable(what.example) + ": " + counted(what.count, noun) +
+                      (what.count == 1 ? " " + one : " (this is the first) " + many),
                   what.count);
     };
-    warn("texture-options", pictures_with_options_,
-         "pictures (this is the first) have options that Kiln does not support; the options were "
-         "ignored.");
-    warn("ignored-pictures", ignored_statements_,
-         "statements of pictures (this is the first) are not supported, and were ignored; see the "
-         "manual for those that are.");
-    warn(
-        "transparency-of-one", invisible_materials_,
-        "materials (this is the first) have Tr 1 and no d, which means invisible. They are read as "
-        "opaque, since OpenMVS and mvs-texturing write this. Write d 0 for invisible materials.");
-    warn("blender-pictures", blender_pictures_,
-         "pictures (this is the first) are read as roughness (map_Ns) and metalness (map_refl), as "
-         "Blender writes them.");
+    warn("texture-options", pictures_with_options_, "picture",
+         "has options that Kiln does not support; the options were ignored.",
+         "have options that Kiln does not support; the options were ignored.");
+    warn("ignored-pictures", ignored_statements_, "statement",
+         "of a picture is not supported, and was ignored; see the manual for those that are.",
+         "of pictures are not supported, and were ignored; see the manual for those that are.");
+    warn("transparency-of-one", invisible_materials_, "material",
+         "has Tr 1 and no d, which means invisible. It is read as opaque, since OpenMVS and "
+         "mvs-texturing write this. Write d 0 for invisible materials.",
+         "have Tr 1 and no d, which means invisible. They are read as opaque, since OpenMVS and "
+         "mvs-texturing write this. Write d 0 for invisible materials.");
+    const std::string as_blender =
+        "read as roughness (map_Ns) or metalness (map_refl), as Blender "
+        "writes them.";
+    warn("blender-pictures", blender_pictures_, "picture", "is " + as_blender, "are " + as_blender);
     return std::move(materials_);
   }
 

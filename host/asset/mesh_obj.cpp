@@ -29,16 +29,21 @@ class ObjReader {
     check_forward_references();
     if (ignored_ != 0) {
       input_.warn("ignored-statements",
-                  std::to_string(ignored_) + " statements of kinds that Kiln does not use (\"" +
-                      ignored_example_ + "\" for one) were ignored.",
+                  counted(ignored_, "statement") +
+                      (ignored_ == 1 ? " of a kind that Kiln does not use (\""
+                                     : " of kinds that Kiln does not use (\"") +
+                      ignored_example_ +
+                      (ignored_ == 1 ? "\") was ignored." : "\" for one) were ignored."),
                   ignored_);
     }
     if (bad_polypaint_ != 0) {
       input_.warn("bad-polypaint",
-                  std::to_string(bad_polypaint_) + " colours in its #MRGB lines (" +
+                  counted(bad_polypaint_, "colour") + " in its #MRGB lines (" +
                       bad_polypaint_example_ +
-                      " for one) are not eight hexadecimal digits, or belong to no vertex, and "
-                      "were ignored.",
+                      (bad_polypaint_ == 1 ? ") is not" : " for one) are not") +
+                      " eight hexadecimal digits, or " +
+                      (bad_polypaint_ == 1 ? "belongs to no vertex, and was ignored."
+                                           : "belong to no vertex, and were ignored."),
                   bad_polypaint_);
     }
     warn_of_zeros(zero_uvs_, "texture coordinate");

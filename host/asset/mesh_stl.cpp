@@ -11,6 +11,7 @@
 
 #include "asset/mesh_builder.h"
 #include "asset/stl_triangles.h"
+#include "base/counted.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
@@ -132,8 +133,9 @@ Mesh read_binary(const MeshInput& input) {
   if (needed_bytes < bytes.size()) {
     const std::uint64_t extra_bytes = bytes.size() - needed_bytes;
     input.warn("trailing-bytes",
-               std::to_string(extra_bytes) + " bytes after the last triangle were ignored.",
-               extra_bytes);
+               counted(extra_bytes, "byte") + " after the last triangle " +
+                   (extra_bytes == 1 ? "was ignored." : "were ignored."),
+               extra);
   }
   MeshBuilder builder(input);
   CornerWelder<MeshBuilder::Position> welder(builder.positions, count / 2);

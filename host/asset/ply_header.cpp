@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "asset/mesh_ply.h"
+#include "base/counted.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
@@ -153,11 +154,14 @@ class RoleCheck {
   /// \param owners  "vertices" or "faces"
   void warn(const MeshInput& input, const char* owners) const {
     if (unused_properties_ == 0) return;
-    input.warn("unused-properties",
-               "header: " + std::to_string(unused_properties_) + " properties of its " + owners +
-                   " occur twice, or without the others of their set (\"" + example_ +
-                   "\" for example), and were ignored.",
-               unused_properties_);
+    input.warn(
+        "unused-properties",
+        "header: " + counted(unused_properties_, "property", "properties") + " of its " + owners +
+            (unused_properties_ == 1 ? " occurs twice, or without the others of its set (\"" +
+                                           example_ + "\"), and was ignored."
+                                     : " occur twice, or without the others of their set (\"" +
+                                           example_ + "\" for example), and were ignored."),
+        unused_properties_);
   }
 
   static std::ptrdiff_t count(const Element& element, Role role) {

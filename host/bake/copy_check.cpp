@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bake/report.h"
+#include "base/counted.h"
 #include "base/formatted.h"
 #include "base/option.h"
 #include "detail/registry.h"
@@ -280,9 +281,11 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
   const std::string text = formatted("%.3g%%", 100 * share);
   warnings.push_back(
       {kWarning,
-       std::to_string(copies.size()) +
-           " triangles of the low poly share UVs and texels with other triangles, but on " + text +
-           " of their surface the high poly differs, and this detail is lost: for example " +
+       counted(copies.size(), "triangle") +
+           (copies.size() == 1 ? " of the low poly shares UVs and texels with another, but on "
+                               : " of the low poly share UVs and texels with others, but on ") +
+           text + " of " + (copies.size() == 1 ? "its" : "their") +
+           " surface the high poly differs, and this detail is lost: for example " +
            describe_triangle(low, largest_part->second.copy) + " on the texels of " +
            describe_triangle(low, largest_part->second.baked) +
            (name_pairs.size() > 1

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bake/match_stage.h"
+#include "base/counted.h"
 #include "base/formatted.h"
 #include "kiln/cage.h"
 #include "kiln/validate.h"
@@ -72,9 +73,10 @@ std::uint64_t count_vertices_without_direction(const Mesh& low,
 
 Warning warn_of_vertices_without_direction(std::uint64_t count) {
   return {"cage-flat",
-          std::to_string(count) +
-              " vertices of the low poly belong to both sides of a flat card, so the cage cannot "
-              "be moved away from them: give each side separate vertices, or leave the cage out.",
+          counted(count, "vertex", "vertices") + " of the low poly " +
+              (count == 1 ? "belongs" : "belong") +
+              " to both sides of a flat card, so the cage cannot be moved away from there: give "
+              "each side separate vertices, or leave the cage out.",
           count};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/formatted.h"
 #include "base/option.h"
 #include "match/bevel.h"
@@ -151,9 +152,9 @@ void warn_about_duplicates(const Source::Impl& source, const BakeOptions& option
   if (count == 0) return;
   report.warnings.push_back(
       {"duplicate-triangles",
-       std::to_string(count) +
-           " triangles of the high poly are exact duplicates of others; only the first of each is "
-           "used. Weld the mesh, or remove duplicate parts.",
+       counted(count, "triangle") + " of the high poly " +
+           (count == 1 ? "is an exact duplicate of another" : "are exact duplicates of others") +
+           "; only the first of each is used. Weld the mesh, or remove duplicate parts.",
        count});
 }
 

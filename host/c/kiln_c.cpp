@@ -14,6 +14,7 @@
 #include "asset/mesh_reader.h"
 #include "base/lower_case.h"
 #include "c/objects.h"
+#include "io/file/text_scanner.h"
 #include "kiln/asset.h"
 #include "kiln/bake.h"
 #include "kiln/image.h"
@@ -125,10 +126,11 @@ std::filesystem::path path_beside(const Files& read, const char* path) {
   for (const std::filesystem::path& other : read) {
     std::error_code none;
     if (!std::filesystem::equivalent(file, other, none) || none) continue;
-    throw Error(
-        ErrorCode::usage,
-        "'" + file.string() + "' would be written over, and it was read: choose another name.",
-        "output-input");
+    throw Error(ErrorCode::usage,
+                "'" + printable(file.string()) + "' is " +
+                    (other == file ? "an input" : "the input '" + printable(other.string()) + "'") +
+                    " and would be overwritten: choose another name or folder for the output.",
+                "output-input");
   }
   return file;
 }

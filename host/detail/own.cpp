@@ -13,6 +13,7 @@
 #include <string>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/formatted.h"
 #include "base/option.h"
 #include "base/parallel.h"
@@ -82,10 +83,12 @@ class OwnMapMaker : public MapMaker {
 
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
     if (nonfinite_count_ == 0) return;
-    warnings.push_back({"own-map-non-finite",
-                        "The map " + std::string(name_) + " is NaN or infinite at " +
-                            std::to_string(nonfinite_count_) + " texels, which were set to 0.",
-                        nonfinite_count_});
+    warnings.push_back(
+        {"own-map-non-finite",
+         "The map " + std::string(name_) + " is NaN or infinite at " +
+             counted(nonfinite_count_, "texel") +
+             (nonfinite_count_ == 1 ? ", which was set to 0." : ", which were set to 0."),
+         nonfinite_count_});
   }
 
  private:

@@ -413,8 +413,9 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   if (replaced_count != 0) {
     warnings.push_back({"texture-non-finite",
                         "The texture of the map " + map_ + " has " +
-                            std::to_string(replaced_count) +
-                            " numbers that are NaN or infinite; they count as 0.",
+                            counted(replaced_count, "number") +
+                            (replaced_count == 1 ? " that is NaN or infinite; it counts as 0."
+                                                 : " that are NaN or infinite; they count as 0."),
                         replaced_count});
   }
   const auto warn = [&](const char* code, const auto& holds, const Message& text) {
@@ -477,10 +478,11 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
     if (has_outside) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
     warnings.push_back({"tile-missing",
                         "The texture of the map " + map_ + " has no picture for " +
-                            std::to_string(triangles) + " triangles of the high poly (" +
+                            counted(triangles, "triangle") + " of the high poly (" +
                             (named_count != 0 ? "UDIM " : "") + list +
-                            "): these get their material's constant value there, or 0. Put the "
-                            "missing pictures beside the others.",
+                            "): " + (triangles == 1 ? "it gets its" : "these get their") +
+                            " material's constant value there, or 0. Put the missing pictures "
+                            "beside the others.",
                         triangles});
   }
 }

@@ -206,7 +206,8 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
   const Message rule = " (" + option("high_normals", shading_rule_name(options)) + ")";
   const std::string reason = shading.given == 0
                                  ? "the file has none"
-                                 : with_commas(shading.missing) + " triangles have none";
+                                 : plural(shading.missing, "triangle") +
+                                       (shading.missing == 1 ? " has none" : " have none");
   switch (shading.chosen) {
     case ShadingRule::smooth:
       return "HIGH's normals: smooth" +

@@ -22,9 +22,11 @@ void warn_of_clamped(const RunContext& run, const BakedMap& map, const std::stri
   const std::string example =
       formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
   run.log.warnings.push_back({"beyond-range",
-                              with_commas(excess.texels) + " texels of the map " + name +
-                                  " exceed its range and are clamped, for example " + example +
-                                  ": give " +
+                              plural(excess.texels, "texel") + " of the map " + name +
+                                  (excess.texels == 1 ? " exceeds its range and is clamped: "
+                                                      : " exceed its range and are clamped, for "
+                                                        "example ") +
+                                  example + ": give " +
                                   option("range", std::string(map.kind.name) + "=LO,HI") +
                                   " with a range that contains them, or " +
                                   option("format", "exr") + ", which stores values unclamped.",

@@ -1,5 +1,6 @@
 // Writes the summary of a bake: one line per topic.
 
+#include "base/counted.h"
 #include "base/percent.h"
 #include "job/map_words.h"
 #include "job/stages.h"
@@ -124,7 +125,7 @@ std::string summary(const EdgeReport& edges, double diagonal) {
                 100 * edges.max_width / diagonal);
   if (edges.found == 0) return text;
   return text + ("; widths are those of HIGH's bevels at " + with_commas(edges.found) + " of " +
-                 with_commas(edges.edges) + " hard edges");
+                 plural(edges.edges, "hard edge"));
 }
 
 /// States in one line how much of the visible high poly has a texel.
@@ -148,7 +149,7 @@ void add_reasons(RunLog& console, const Reasons& reasons, std::uint64_t samples,
     const std::string text =
         formatted(", such as at texel column %u, row %u (%.4g, %.4g, %.4g)", count.column,
                   count.row, count.position[0], count.position[1], count.position[2]);
-    console.line(set + std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
+    console.line(set + std::string(info.name) + ": " + plural(count.samples, "sample") + " (" +
                  percent(count.samples, samples) + ") " + info.words + text);
   }
 }
@@ -202,9 +203,9 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
                            low.simplified->error * 100));
   }
   if (low.polygons.quads + low.polygons.larger_polygons > 0) {
-    console.line("LOW: " + with_commas(low.polygons.quads) + " quads and " +
-                 with_commas(low.polygons.larger_polygons) +
-                 " larger polygons, triangulated by the rule '" +
+    console.line("LOW: " + plural(low.polygons.quads, "quad") + " and " +
+                 plural(low.polygons.larger_polygons, "larger polygon") +
+                 ", triangulated by the rule '" +
                  name_of(Words(kTriangulationWords), job.load.triangulation) + "'");
   }
   if (!low.mesh.tangents.empty() && job.bake.encoding.space == NormalMapSpace::tangent) {
@@ -239,12 +240,14 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
   if (outcome.match_inputs.parts()) {
-    console.line(std::to_string(outcome.match_inputs.parts()->count) +
-                 " pairs of parts, each matched separately");
+    const std::uint64_t pairs = outcome.match_inputs.parts()->count;
+    console.line(counted(pairs, "pair") + " of parts, " +
+                 (pairs == 1 ? "matched separately" : "each matched separately"));
   }
   if (report.uv_copies > 0) {
-    console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
-                 " faces of LOW share texels with faces that are baked");
+    console.line("mirrored and repeated UVs: " + plural(report.uv_copies, "face") + " of LOW " +
+                 (report.uv_copies == 1 ? "shares texels with a face that is baked"
+                                        : "share texels with faces that are baked"));
   }
   if (report.cage_mesh) console.line(summary(*report.cage_mesh, source.diagonal));
   if (report.edges.edges != 0) console.line(summary(report.edges, source.diagonal));

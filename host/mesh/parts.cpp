@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/lower_case.h"
 #include "base/option.h"
 #include "kiln/match.h"
@@ -334,11 +335,13 @@ void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& wa
   }
   if (groups_paired_by_word == 0) return;
   warnings.push_back({"parts-by-word",
-                      std::to_string(groups_paired_by_word) +
-                          " groups of several names (`g A B`) were paired by one of the names, "
-                          "which no pattern matches: " +
-                          example +
-                          " for one. Where that is wrong, give them other names, or a list.",
+                      counted(groups_paired_by_word, "group") + " of several names (`g A B`) " +
+                          (groups_paired_by_word == 1 ? "was" : "were") +
+                          " paired by one of the names, which no pattern matches: " + example +
+                          (groups_paired_by_word == 1
+                               ? ". If that is wrong, give it another name, or a list."
+                               : " for one. Where that is wrong, give them other names, or a "
+                                 "list."),
                       groups_paired_by_word});
 }
 

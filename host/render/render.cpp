@@ -157,16 +157,21 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
   rays = std::make_unique<RayCaster>(context, frame_positions, mesh.triangles);
   const std::uint64_t skipped = rays->stats().skipped;
   if (skipped == mesh.triangles.size()) {
-    throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + mesh.name +
-                                      "' have no area or are not finite, so there is nothing to "
-                                      "draw. Check the file's coordinates.");
+    throw Error(ErrorCode::input,
+                (skipped == 1 ? "The only triangle of '" + mesh.name + "' has"
+                              : "All " + std::to_string(skipped) + " triangles of '" + mesh.name +
+                                    "' have") +
+                    " no area or non-finite corners, so there is nothing to draw. "
+                    "Check the file's coordinates.");
   }
   if (skipped != 0) {
-    warnings.push_back({"mesh-skipped",
-                        std::to_string(skipped) + " of " + std::to_string(mesh.triangles.size()) +
-                            " triangles of '" + mesh.name +
-                            "' have no area or are not finite; they are not drawn.",
-                        skipped});
+    warnings.push_back(
+        {"mesh-skipped",
+         std::to_string(skipped) + " of " + std::to_string(mesh.triangles.size()) +
+             " triangles of '" + mesh.name + "' " +
+             (skipped == 1 ? "has no area or non-finite corners; it is not drawn."
+                           : "have no area or non-finite corners; they are not drawn."),
+         skipped});
   }
   if (const std::string coarse = coarse_steps(mesh, target.frame); !coarse.empty()) {
     warnings.push_back({"coarse-source", "'" + mesh.name + "': " + coarse, 1});

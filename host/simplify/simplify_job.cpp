@@ -431,7 +431,8 @@ void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
   report_.warnings.push_back(
       {"uv-outside",
        std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
-           " triangles of the low poly reach out of the unit square of UV space" +
+           " triangles of the low poly " + (outside == 1 ? "reaches" : "reach") +
+           " out of the unit square of UV space" +
            (before ? ", as triangles of the high poly do"
                    : ", although none of the high poly does: seams at the square's border were "
                      "simplified within the requested error") +

@@ -109,8 +109,10 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
   const std::uint64_t skipped = stats_.skipped_triangles;
   const std::string coarse = coarse_steps(high, frame);
   if (skipped == triangles.size()) {
-    throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + high.name +
-                                      "' have no area or are not finite" +
+    throw Error(ErrorCode::input, (skipped == 1 ? "The only triangle of '" + high.name + "' has"
+                                                : "All " + std::to_string(skipped) +
+                                                      " triangles of '" + high.name + "' have") +
+                                      " no area or non-finite corners" +
                                       (coarse.empty() ? ": nothing can be baked from it."
                                                       : " once they are rounded: " + coarse));
   }
@@ -120,10 +122,11 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
     warnings.push_back(
         {rounded == 0 ? "source-skipped" : "source-rounded",
          std::to_string(skipped) + " of " + std::to_string(triangles.size()) + " triangles of '" +
-             high.name + "' have no area or are not finite" +
-             (rounded == 0 ? ""
-                           : ", " + std::to_string(rounded) + " of them since they are rounded") +
-             "; rays pass through them.",
+             high.name + "' " + (skipped == 1 ? "has" : "have") + " no area or non-finite corners" +
+             (rounded == 0   ? ""
+              : skipped == 1 ? ", once it is rounded"
+                             : ", " + std::to_string(rounded) + " of them since they are rounded") +
+             (skipped == 1 ? "; rays pass through it." : "; rays pass through them."),
          skipped});
   }
   warn_of_normals(high, warnings);
@@ -169,8 +172,10 @@ Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh
     warnings.push_back({"source-skipped",
                         std::to_string(summary.unsearchable_triangles) + " of " +
                             std::to_string(stats_.triangles) + " triangles of '" +
-                            chunked.mesh().name() +
-                            "' have no area or are not finite; rays pass through them.",
+                            chunked.mesh().name() + "' " +
+                            (summary.unsearchable_triangles == 1
+                                 ? "has no area or non-finite corners; rays pass through it."
+                                 : "have no area or non-finite corners; rays pass through them."),
                         summary.unsearchable_triangles});
   }
   const std::string coarse = coarse_steps(chunked.sample(), frame);

@@ -23,15 +23,11 @@
 #include "kiln/kiln_c.h"
 #include "kiln/mesh_view.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln::test {
 namespace {
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// "kiln_span 24: data 0, count 8, stride 16" of every struct, and every function.
 std::string interface_as_it_is() {
@@ -100,7 +96,7 @@ std::string interface_as_it_is() {
   text << "\n";
 #undef BEGIN
 #undef FIELD
-  const std::string header = text_of(test_data("../../include/kiln/kiln_c.h"));
+  const std::string header = read_file(test_data("../../include/kiln/kiln_c.h"));
   const std::regex declared("\nKILN_C_API ([^;]*);");
   for (std::sregex_iterator at(header.begin(), header.end(), declared), end; at != end; ++at) {
     text << std::regex_replace((*at)[1].str(), std::regex("\\s+"), " ") << "\n";
@@ -110,7 +106,7 @@ std::string interface_as_it_is() {
 
 TEST(CInterface, IsTheOneThatProgramsWereCompiledAgainst) {
   // A change here breaks programs: add functions and last fields alone.
-  EXPECT_EQ(interface_as_it_is(), text_of(test_data("c_abi.txt")));
+  EXPECT_EQ(interface_as_it_is(), read_file(test_data("c_abi.txt")));
 }
 
 struct Freed {
@@ -411,7 +407,7 @@ TEST(CInterface, WritesAGlb) {
   maps.color = &images[2];
   maps.occlusion = &images[3];
   save_glb(to_mesh(same), maps, folder / "cpp.glb");
-  EXPECT_EQ(text_of(file), text_of(folder / "cpp.glb"));
+  EXPECT_EQ(read_file(file), read_file(folder / "cpp.glb"));
 
   EXPECT_EQ(kiln_glb_save(mesh.get(), nullptr, file.c_str()), KILN_OK) << kiln_error_message();
   EXPECT_TRUE(load_asset(file).materials.empty() ||
@@ -512,7 +508,7 @@ TEST(CInterface, WritesOverNothingThatWasRead) {
   std::ofstream(folder / "skin.mtl") << "newmtl skin\n";
   std::filesystem::create_symlink("read.obj", folder / "link.obj");
   std::filesystem::create_hard_link(file, folder / "other.glb");
-  const std::string before = text_of(file);
+  const std::string before = read_file(file);
   kiln_mesh* made = nullptr;
   ASSERT_EQ(kiln_mesh_load(file.string().c_str(), &made), KILN_OK) << kiln_error_message();
   const Owned<kiln_mesh> mesh(made);
@@ -526,14 +522,20 @@ TEST(CInterface, WritesOverNothingThatWasRead) {
   const auto refused = [&](kiln_status status) {
     EXPECT_EQ(status, KILN_USAGE);
     EXPECT_STREQ(kiln_error_code(), "output-input");
-    EXPECT_EQ(text_of(file), before);
+    EXPECT_EQ(read_file(file), before);
   };
   for (const kiln_mesh* each : {mesh.get(), unwrapped.get(), light.get()}) {
     refused(kiln_mesh_save_obj(each, file.string().c_str()));
     refused(kiln_mesh_save_obj(each, (folder / "link.obj").string().c_str()));
+    // Both names are stated where they differ.
+    const std::string message = kiln_error_message();
+    EXPECT_NE(message.find("link.obj' is the input '"), std::string::npos) << message;
+    EXPECT_NE(message.find("read.obj' and would be overwritten: choose another name or folder"),
+              std::string::npos)
+        << message;
     refused(kiln_mesh_save_obj(each, (folder / "skin.mtl").string().c_str()));
   }
-  EXPECT_EQ(text_of(folder / "skin.mtl"), "newmtl skin\n");
+  EXPECT_EQ(read_file(folder / "skin.mtl"), "newmtl skin\n");
   refused(kiln_glb_save(unwrapped.get(), nullptr, (folder / "other.glb").string().c_str()));
   const std::string fresh = (folder / "fresh.obj").string();
   EXPECT_EQ(kiln_mesh_save_obj(light.get(), fresh.c_str()), KILN_OK) << kiln_error_message();
@@ -551,7 +553,7 @@ TEST(CInterface, MapsAreSavedAsWhatTheirNamesSay) {
   for (const char* name : {"a.png", "b.PNG", "c.exr"}) {
     EXPECT_EQ(kiln_map_save(&map, (folder / name).string().c_str()), KILN_OK);
   }
-  EXPECT_EQ(text_of(folder / "b.PNG"), text_of(folder / "a.png"));
+  EXPECT_EQ(read_file(folder / "b.PNG"), read_file(folder / "a.png"));
   for (const char* name : {"d.jpg", "e", "f.tga"}) {
     EXPECT_EQ(kiln_map_save(&map, (folder / name).string().c_str()), KILN_USAGE);
     EXPECT_STREQ(kiln_error_code(), "output-name");

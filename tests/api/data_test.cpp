@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <limits>
 
@@ -13,6 +12,7 @@
 #include "kiln/image.h"
 #include "kiln/mesh_view.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -304,8 +304,7 @@ TEST(Convert, WhatDoesNotFitIsNamed) {
 }
 
 std::vector<std::byte> bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string text = test::read_file(path);
   std::vector<std::byte> bytes(text.size());
   if (!text.empty()) std::memcpy(bytes.data(), text.data(), text.size());
   return bytes;

@@ -19,6 +19,7 @@
 #include "kiln/limits.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -308,7 +309,7 @@ TEST(Fbx, ScalesAreInheritedInThreeWays) {
 TEST(Fbx, TheCaseOfPivots) {
   KILN_REQUIRE_DATA("cases/fbx_pivots/pivot.fbx");
   const fs::path file = *test::shared_data("cases/fbx_pivots/pivot.fbx");
-  const std::string bytes = test::contents(file);
+  const std::string bytes = test::read_file(file);
   const Asset asset = read_fbx({file.string(), bytes});
   ASSERT_EQ(asset.mesh.object_names, (std::vector<std::string>{"parent", "child"}));
   const Vector child = corners_of(asset.mesh).at(1).at(0);
@@ -1026,6 +1027,57 @@ TEST(Fbx, InstancesAreCountedBeforeMemoryIsTaken) {
   set_memory_limit(0);
 }
 
+/// What an instance of a mesh takes depends on what its corners hold.
+TEST(Fbx, MemoryOfInstancesIsThatOfTheirCorners) {
+  constexpr std::uint64_t kFaces = 4000, kInstances = 2000;
+  const auto needed_mebibytes = [&](std::size_t sides, bool normals, bool colors) {
+    FbxScene scene;
+    std::vector<std::int32_t> corners;
+    for (std::uint64_t i = 0; i < kFaces; ++i) {
+      for (std::size_t k = 0; k < sides; ++k) {
+        const auto corner = static_cast<std::int32_t>(k);
+        corners.push_back(k + 1 == sides ? -corner - 1 : corner);
+      }
+    }
+    FbxRecord& mesh = scene.mesh(10, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, corners);
+    if (normals) {
+      mesh.children.push_back(normals_by_corner(std::vector<double>(3 * corners.size(), 0.5)));
+    }
+    if (colors) {
+      mesh.children.push_back({"LayerElementColor",
+                               {std::int64_t{0}},
+                               {{"MappingInformationType", {std::string("ByPolygonVertex")}},
+                                {"ReferenceInformationType", {std::string("Direct")}},
+                                {"Colors", {std::vector<double>(4 * corners.size(), 0.5)}}}});
+    }
+    for (std::uint64_t i = 0; i < kInstances; ++i) {
+      const auto id = static_cast<std::int64_t>(100 + i);
+      scene.model(id, "n", 0);
+      scene.connect(10, id);
+    }
+    const std::string bytes = scene.binary(7400, true);
+    set_memory_limit(memory_limit() - memory_left() + (std::uint64_t{1} << 28));
+    std::string text;
+    try {
+      read_fbx({"a.fbx", bytes});
+    } catch (const Error& error) {
+      text = error.what();
+    }
+    set_memory_limit(0);
+    const std::size_t at = text.find("would take ");
+    EXPECT_NE(at, std::string::npos) << text;
+    return at == std::string::npos ? 0 : std::stod(text.substr(at + 11));
+  };
+  const auto expected = [&](std::uint64_t sides, std::uint64_t bytes) {
+    return static_cast<double>(kFaces * kInstances * sides * bytes) / (1 << 20);
+  };
+  EXPECT_NEAR(needed_mebibytes(3, false, false), expected(3, 20), 1);
+  EXPECT_NEAR(needed_mebibytes(4, false, false), expected(4, 44), 1);
+  EXPECT_NEAR(needed_mebibytes(3, true, false), expected(3, 44), 1);
+  EXPECT_NEAR(needed_mebibytes(3, false, true), expected(3, 62), 1);
+  EXPECT_NEAR(needed_mebibytes(4, true, true), expected(4, 110), 1);
+}
+
 // ---- other people's files -----------------------------------------------------------------------
 
 // The counts are those that Blender 5.0 reads (bpy, wm.fbx_import without animations), and so are the boxes, turned to Y up.
@@ -1095,7 +1147,7 @@ TEST(Fbx, FilesOfOthers) {
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   for (const Expected& expected : kFiles) {
     SCOPED_TRACE(expected.file);
-    const std::string bytes = test::contents(folder / expected.file);
+    const std::string bytes = test::read_file(folder / expected.file);
     const Asset asset = read_fbx({(folder / expected.file).string(), bytes});
     const Mesh& mesh = asset.mesh;
     EXPECT_EQ(mesh.triangles.size(), expected.triangles);
@@ -1136,7 +1188,7 @@ TEST(Fbx, EmbeddedPicturesAndFactors) {
   KILN_REQUIRE_DATA("assets/FBX/box.fbx");
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   const auto read = [&](const char* file) {
-    const std::string bytes = test::contents(folder / file);
+    const std::string bytes = test::read_file(folder / file);
     return read_fbx({(folder / file).string(), bytes});
   };
   for (const char* file : {"box_orphant_embedded_texture.fbx", "embedded_ascii/box.FBX"}) {
@@ -1147,7 +1199,7 @@ TEST(Fbx, EmbeddedPicturesAndFactors) {
   }
   // Pictures that are there are found; others are told, and the numbers stand.
   const char* const pbr = "maxPbrMaterial_metalRough.fbx";
-  const std::string bytes = test::contents(folder / pbr);
+  const std::string bytes = test::read_file(folder / pbr);
   const fs::path scratch = test::scratch_folder();
   std::vector<Warning> warnings;
   const auto read_here = [&] {
@@ -1174,7 +1226,7 @@ TEST(Fbx, DamagedFilesAreErrorsOrMeshes) {
   KILN_REQUIRE_DATA("assets/FBX/box.fbx");
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   for (const char* file : {"box_orphant_embedded_texture.fbx", "embedded_ascii/box.FBX"}) {
-    const std::string bytes = test::contents(folder / file);
+    const std::string bytes = test::read_file(folder / file);
     for (std::size_t i = 0; i < 60; ++i) {
       std::string damaged = bytes;
       damaged[bytes.size() * (2 * i + 1) / 120] = "!\n\"5"[i % 4];

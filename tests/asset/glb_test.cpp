@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "kiln/asset.h"
@@ -11,6 +10,7 @@
 #include "kiln/image.h"
 #include "kiln/texture_sets.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -25,8 +25,7 @@ struct Parsed {
   std::string bytes;
 
   explicit Parsed(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string all((std::istreambuf_iterator<char>(file)), {});
+    const std::string all = test::read_file(path);
     const auto word = [&](std::size_t at) {
       std::uint32_t value = 0;
       std::memcpy(&value, all.data() + at, 4);

@@ -14,6 +14,7 @@
 #include "kiln/image.h"
 #include "kiln/material.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -192,6 +193,73 @@ TEST(Materials, AreFoundBesideTheMesh) {
   EXPECT_TRUE(load_material_texture(materials, MaterialSlot::color).images.empty());
   fs::remove(folder / "sub" / "my materials.mtl");
   EXPECT_THROW(load_materials(mesh, folder / "mesh.obj"), Error);
+}
+
+/// The number of a material's opacity counts beside a picture of colours, and the alpha of that picture beside other
+/// materials' pictures of opacity.
+TEST(Materials, OpacityIsThePicturesAlphaTimesTheNumber) {
+  const fs::path folder = test::scratch_folder();
+  save_image({1, 1, 4, {1, 0, 0, 0.8F}}, folder / "alpha.png", {.format = ImageFormat::png8});
+  save_image({1, 1, 3, {0, 1, 0}}, folder / "color.png", {.format = ImageFormat::png8});
+  save_image({1, 1, 1, {0.6F}}, folder / "holes.png", {.format = ImageFormat::png8});
+  std::ofstream(folder / "mesh.obj")
+      << "mtllib mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"
+         "usemtl other\nf 1 2 3\n";
+  const auto opacity = [&](const std::string& statements, const std::string& other) {
+    std::ofstream(folder / "mesh.mtl") << "newmtl m\n" << statements << "newmtl other\n" << other;
+    const Mesh mesh = load_mesh(folder / "mesh.obj");
+    const Texture texture =
+        load_material_texture(load_materials(mesh, folder / "mesh.obj"), MaterialSlot::opacity);
+    // Alpha is the fourth channel, unless a material reads another picture.
+    EXPECT_EQ(texture.channel,
+              (statements + other).find("map_d holes") == std::string::npos ? 3U : 0U);
+    const std::uint32_t index = texture.image_of[0];
+    if (index == Texture::kNone) return texture.plain[0][texture.channel];
+    const Image& image = *texture.images[index];
+    // a picture without the channel of alpha is opaque
+    const float value = image.channels == 1                ? image.pixels[0]
+                        : texture.channel < image.channels ? image.pixels[texture.channel]
+                                                           : 1;
+    return texture.factors.empty() ? value : value * texture.factors[0].times[texture.channel];
+  };
+  const std::string plain = "Kd 1 1 1\n", colored = "map_Kd alpha.png\n",
+                    holes = "map_d holes.png\n";
+  for (const std::string& other : {plain, colored, holes}) {
+    SCOPED_TRACE(other);
+    EXPECT_NEAR(opacity("map_Kd alpha.png\n", other), 0.8, 1e-6);
+    EXPECT_NEAR(opacity("d 0.4\nmap_Kd color.png\n", other), 0.4, 1e-6);
+    EXPECT_NEAR(opacity("Tr 0.3\nmap_Kd color.png\n", other), 0.7, 1e-6);
+    EXPECT_NEAR(opacity("Tr 1\nmap_Kd color.png\n", other), 1, 1e-6);
+    EXPECT_NEAR(opacity("d 0.5\nmap_Kd alpha.png\n", other), 0.4, 1e-6);
+    EXPECT_NEAR(opacity("d 0.5\nmap_Kd alpha.png\nmap_d alpha.png\n", other), 0.8, 1e-6);
+    EXPECT_NEAR(opacity("d 0.5\nmap_Kd alpha.png\nmap_d holes.png\n", other), 0.6, 1e-6);
+    EXPECT_NEAR(opacity("d 0.25\n", other), 0.25, 1e-6);
+  }
+}
+
+/// Nouns and verbs of messages agree with one and with many.
+TEST(Materials, MessagesAgreeWithTheirCounts) {
+  const auto said = [](const std::string& text) {
+    std::vector<Warning> warnings;
+    read("newmtl a\n" + text, &warnings);
+    std::string all;
+    for (const Warning& warning : warnings) all += std::string(warning.message.text()) + "\n";
+    return all;
+  };
+  const auto has = [](const std::string& text, const std::string& words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  const std::string tr = "Kd 1 1 1\nTr 1\n", ignored = "map_foo a.png\n",
+                    moved = "map_Kd -t 1 1 a.png\n";
+  has(said(tr), "1 material has Tr 1 and no d, which means invisible. It is read as opaque");
+  has(said(tr + "newmtl b\n" + tr),
+      "2 materials (this is the first) have Tr 1 and no d, which means invisible. They are read as "
+      "opaque");
+  has(said(ignored), "1 statement of a picture is not supported, and was ignored");
+  has(said(ignored + ignored),
+      "2 statements (this is the first) of pictures are not supported, and were ignored");
+  has(said(moved), "1 picture has options that Kiln does not support");
+  has(said(moved + moved), "2 pictures (this is the first) have options that Kiln");
 }
 
 // ---- which statements mean what ----------------------------------------------------------------
@@ -560,8 +628,7 @@ TEST(Materials, TexturesOfTwoChannelsAreNoColours) {
                                                                 : material.normal_map;
     picture.file = folder / file;
     if (in_memory) {
-      std::ifstream stream(folder / file, std::ios::binary);
-      const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+      const std::string bytes = test::read_file(folder / file);
       const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
       picture.bytes = std::make_shared<const std::vector<std::byte>>(first, first + bytes.size());
     }

@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <fstream>
-#include <sstream>
 #include <string>
 
 #include "asset/mesh_files.h"
@@ -13,6 +11,7 @@
 #include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/mesh_check.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -229,9 +228,7 @@ TEST(MeshIo, SurvivesWhatFuzzersFound) {
   for (const auto& [name, format] : formats) {
     for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / name)) {
       SCOPED_TRACE(entry.path());
-      std::stringstream content;
-      content << std::ifstream(entry.path(), std::ios::binary).rdbuf();
-      const std::string bytes = content.str();
+      const std::string bytes = test::read_file(entry.path());
       try {
         EXPECT_EQ(test::broken_promise(parse_mesh({entry.path().string(), bytes}, format)), "");
       } catch (const Error& error) {

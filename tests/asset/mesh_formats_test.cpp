@@ -276,6 +276,32 @@ TEST(MeshIo, CompletesPartialObjAttributesAndSaysSo) {
   EXPECT_EQ(mesh.groups, (std::vector<std::uint32_t>{0, 1, 1}));
 }
 
+/// Nouns, verbs and examples of messages agree with one and with many.
+TEST(MeshIo, MessagesAgreeWithTheirCounts) {
+  const auto message = [](const std::string& name, const std::string& text, const char* code) {
+    for (const Warning& warning : load_text(name, text).warnings) {
+      if (warning.code == code) return std::string(warning.message.text());
+    }
+    return std::string();
+  };
+  const std::string face = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const auto ends_with = [](const std::string& text, const std::string& end) {
+    EXPECT_TRUE(text.ends_with(end)) << text;
+  };
+  ends_with(message("a.obj", face + "curv 0 1\n", "ignored-statements"),
+            "1 statement of a kind that Kiln does not use (\"line 5: curv\") was ignored.");
+  ends_with(
+      message("a.obj", face + "curv 0 1\ncurv 0 1\n", "ignored-statements"),
+      "2 statements of kinds that Kiln does not use (\"line 5: curv\" for one) were ignored.");
+  const std::string one = message("a.obj", face + "#MRGB 0011zz22\n", "bad-polypaint"),
+                    two = message("a.obj", face + "#MRGB 0011zz22\n#MRGB 0011zz33\n",
+                                  "bad-polypaint");
+  EXPECT_NE(one.find("1 colour in its #MRGB"), std::string::npos) << one;
+  ends_with(one, "or belongs to no vertex, and was ignored.");
+  EXPECT_NE(two.find("2 colours in its #MRGB"), std::string::npos) << two;
+  ends_with(two, "or belong to no vertex, and were ignored.");
+}
+
 // ---- STL and OFF -------------------------------------------------------------------------------
 
 /// Cinema 4D writes the index 0 where a corner has no normal.

@@ -1,14 +1,13 @@
 // Names of objects, groups and materials, written and read again.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -69,12 +68,9 @@ TEST(ObjNames, FilesOfMaterialsAreNamed) {
 TEST(ObjNames, OfObjectsAloneAreObjectsAlone) {
   const std::filesystem::path file = test::scratch_folder() / "objects.obj";
   save_obj(read_text(kVertices + "o left\nf 1 2 3\no right\nf 1 2 4\n"), file);
-  std::ifstream in(file);
-  std::stringstream text;
-  text << in.rdbuf();
-  EXPECT_NE(text.str().find("\no left\nf 1 2 3\no right\nf 1 2 4\n"), std::string::npos)
-      << text.str();
-  EXPECT_EQ(text.str().find("\ng "), std::string::npos) << text.str();
+  const std::string text = test::read_file(file);
+  EXPECT_NE(text.find("\no left\nf 1 2 3\no right\nf 1 2 4\n"), std::string::npos) << text;
+  EXPECT_EQ(text.find("\ng "), std::string::npos) << text;
 }
 
 /// Names of a mesh that no file had: objects whose names are no groups', one of them unused.

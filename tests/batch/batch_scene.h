@@ -19,11 +19,6 @@ inline void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-inline std::string read(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// Assets NAME_low.obj and NAME_high.obj in assets/ of a fresh folder, each with a high poly of its own.
 inline std::filesystem::path make_studio(const std::vector<std::string>& names,
                                          std::uint32_t faces = 600) {

@@ -16,6 +16,7 @@
 #include "batch/source_cache.h"
 #include "cli/call.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -177,7 +178,7 @@ TEST(BakeCacheParts, AnotherBuildOfKilnBakesAnew) {
   };
   EXPECT_EQ(state(kiln_command()), "baked");
   EXPECT_EQ(state(other), "unchanged");
-  write(other, read(other) + "x");
+  write(other, read_file(other) + "x");
   EXPECT_EQ(state(other), "baked");
 }
 

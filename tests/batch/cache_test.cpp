@@ -17,6 +17,7 @@
 #include "batch/cache_store.h"
 #include "cli/call.h"
 #include "kiln/image.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -52,7 +53,7 @@ std::map<std::string, std::string> bytes_of(const fs::path& folder) {
   if (!fs::exists(folder)) return files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder).string()] = read(entry.path());
+      files[fs::relative(entry.path(), folder).string()] = read_file(entry.path());
   }
   return files;
 }
@@ -83,7 +84,7 @@ TEST(BakeCache, LeavesWhatIsUnchanged) {
                       fs::file_time_type::clock::now() - std::chrono::hours(3));
   EXPECT_EQ(states(folder)["a"], "unchanged");
   // Another bake is none of an asset's.
-  write(folder / "assets/b_high.obj", read(folder / "assets/b_high.obj") + "# changed\n");
+  write(folder / "assets/b_high.obj", read_file(folder / "assets/b_high.obj") + "# changed\n");
   auto all = states(folder);
   EXPECT_EQ(all["a"], "unchanged");
   EXPECT_EQ(all["b"], "baked: assets/b_high.obj changed");
@@ -103,7 +104,7 @@ TEST(BakeCache, SeesAChangeThatKeepsSizeAndTimes) {
   std::this_thread::sleep_for(std::chrono::milliseconds(2100));
   state(folder);
   EXPECT_EQ(state(folder), "unchanged");
-  std::string text = read(high);
+  std::string text = read_file(high);
   const std::size_t digit = text.find("v ") + 4;
   text[digit] = text[digit] == '1' ? '2' : '1';
   write(high, text);
@@ -139,7 +140,7 @@ TEST(BakeCache, RestoresOutputsThatWereRemovedOrChanged) {
   EXPECT_EQ(state(folder), "restored: out/a/a_low_height.png is gone");
   EXPECT_TRUE(bytes_of(folder / "out") == files);
   // One byte, of the same size.
-  std::string bytes = read(folder / "out/a/a_low_normal.png");
+  std::string bytes = read_file(folder / "out/a/a_low_normal.png");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   write(folder / "out/a/a_low_normal.png", bytes);
   EXPECT_EQ(state(folder), "restored: out/a/a_low_normal.png changed after it was written");
@@ -158,7 +159,7 @@ TEST(BakeCache, DetectsEntriesThatWereChanged) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder / ".kiln/entries"))
     entries.push_back(entry.path());
   ASSERT_EQ(entries.size(), 1U);
-  const std::string whole = read(entries[0]);
+  const std::string whole = read_file(entries[0]);
   // A bit of any place, and any end that is cut off.
   for (const std::size_t at :
        {std::size_t{0}, std::size_t{40}, whole.size() / 2, whole.size() - 40, whole.size() - 1}) {
@@ -182,7 +183,7 @@ TEST(BakeCache, DetectsEntriesThatWereChanged) {
   for (const fs::directory_entry& entry :
        fs::recursive_directory_iterator(folder / ".kiln/records")) {
     if (!entry.is_regular_file()) continue;
-    std::string text = read(entry.path());
+    std::string text = read_file(entry.path());
     text[text.size() / 2] = static_cast<char>(text[text.size() / 2] ^ 1);
     write(entry.path(), text);
   }
@@ -202,7 +203,7 @@ TEST(BakeCache, SharesResultsBetweenFolders) {
   EXPECT_EQ(state(other, {"--cache", cache}), "unchanged");
   // Of other inputs nothing is taken.
   fs::remove_all(other / "out");
-  write(other / "assets/a_low.obj", read(other / "assets/a_low.obj") + "#\n");
+  write(other / "assets/a_low.obj", read_file(other / "assets/a_low.obj") + "#\n");
   EXPECT_EQ(state(other, {"--cache", cache}).substr(0, 5), "baked");
 }
 
@@ -242,7 +243,7 @@ TEST(BakeCache, DoesNotWriteOverWhatIsTheUsers) {
   write(folder / "out/a.obj", "# my own\nv 0 0 0\n");
   const auto all = states(folder, {}, 1);
   EXPECT_EQ(all.begin()->second.substr(0, 6), "failed");
-  EXPECT_EQ(read(folder / "out/a.obj"), "# my own\nv 0 0 0\n");
+  EXPECT_EQ(read_file(folder / "out/a.obj"), "# my own\nv 0 0 0\n");
 }
 
 /// A kind of input: how it comes to be read, and how it changes.
@@ -262,7 +263,7 @@ void save_textured(const fs::path& folder, const char* material = "map_Kd tex/al
   high.material_names = {"skin"};
   high.material_files = {"high.mtl"};
   save_obj(high, folder / "assets/a_high.obj");
-  const std::string text = read(folder / "assets/a_high.obj");
+  const std::string text = read_file(folder / "assets/a_high.obj");
   if (text.find("mtllib") == std::string::npos)
     write(folder / "assets/a_high.obj", "mtllib high.mtl\nusemtl skin\n" + text);
   write(folder / "assets/high.mtl", std::string("newmtl skin\nKd 0.5 0.5 0.5\n") + material + "\n");
@@ -277,7 +278,9 @@ const InputCase kInputs[] = {
     {"Low",
      {},
      "",
-     [](const fs::path& f) { write(f / "assets/a_low.obj", read(f / "assets/a_low.obj") + "#\n"); },
+     [](const fs::path& f) {
+       write(f / "assets/a_low.obj", read_file(f / "assets/a_low.obj") + "#\n");
+     },
      "a_low.obj changed"},
     {"Mtl",
      [](const fs::path& f) {
@@ -286,7 +289,7 @@ const InputCase kInputs[] = {
      },
      "maps = \"color\"\n",
      [](const fs::path& f) {
-       write(f / "assets/high.mtl", read(f / "assets/high.mtl") + "# more\n");
+       write(f / "assets/high.mtl", read_file(f / "assets/high.mtl") + "# more\n");
      },
      "high.mtl changed"},
     {"Texture",
@@ -339,7 +342,7 @@ const InputCase kInputs[] = {
     {"Cage", [](const fs::path& f) { save_obj(BumpySphere::light(), f / "assets/a_cage.obj"); },
      "cage = { file = \"assets/{name}_cage.obj\", optional = true }\n",
      [](const fs::path& f) {
-       write(f / "assets/a_cage.obj", read(f / "assets/a_cage.obj") + "#\n");
+       write(f / "assets/a_cage.obj", read_file(f / "assets/a_cage.obj") + "#\n");
      },
      "a_cage.obj changed"},
     {"CageThatWasMissing",
@@ -422,16 +425,16 @@ TEST(BakeCache, PlansAndWritesDepfiles) {
       << result.output;
   EXPECT_FALSE(fs::exists(folder / "out"));
   states(folder, {"--depfile", depfile});
-  const std::string text = read(depfile);
+  const std::string text = read_file(depfile);
   for (const std::string file :
        {"assets/a_low.obj", "assets/a_high.obj", "job.toml", "out/a/a_low_normal.png"}) {
     EXPECT_NE(text.find((folder / file).string()), std::string::npos) << file << "\n" << text;
   }
   EXPECT_NE(text.find("odd\\ $$name\\#_low.obj"), std::string::npos) << text;
   states(folder, {"--depfile", depfile, "--depfile-target", "my stamp"});
-  EXPECT_EQ(read(depfile), "my\\ stamp" + text.substr(text.find(": ")));
+  EXPECT_EQ(read_file(depfile), "my\\ stamp" + text.substr(text.find(": ")));
   EXPECT_EQ(call_kiln({"run", job, "--depfile-target", "x"}).exit_code, 2);
-  write(folder / "assets/a_low.obj", read(folder / "assets/a_low.obj") + "#\n");
+  write(folder / "assets/a_low.obj", read_file(folder / "assets/a_low.obj") + "#\n");
   result = call_kiln({"run", job, "--plan"});
   EXPECT_NE(result.output.find("a: bake: assets/a_low.obj changed"), std::string::npos)
       << result.output;
@@ -453,7 +456,7 @@ TEST(BakeCache, PlansAndWritesDepfiles) {
   const std::string file = (folder / "reports/plan.json").string();
   result = call_kiln({"run", job, "--list", "--json", file});
   EXPECT_EQ(result.exit_code, 0) << result.errors;
-  const nlohmann::json listed = nlohmann::json::parse(read(file));
+  const nlohmann::json listed = nlohmann::json::parse(read_file(file));
   ASSERT_EQ(listed["assets"].size(), 2U);
   EXPECT_GT(listed["assets"][0]["seconds"], 0);
   EXPECT_EQ(call_kiln({"run", job, "--check", "--json", "-"}).exit_code, 2);
@@ -495,11 +498,11 @@ TEST(BakeCache, HooksThatChangeOutputsAreKeptAsTheyLeftThem) {
   write(folder / "job.toml",
         std::string(kStudioJob) + "after = \"echo more >> out/a/a_low_normal.png\"\n");
   EXPECT_EQ(state(folder, {"--allow-hooks"}).substr(0, 5), "baked");
-  const std::string bytes = read(folder / "out/a/a_low_normal.png");
+  const std::string bytes = read_file(folder / "out/a/a_low_normal.png");
   EXPECT_EQ(state(folder, {"--allow-hooks"}), "unchanged");
   fs::remove(folder / "out/a/a_low_normal.png");
   EXPECT_EQ(state(folder, {"--allow-hooks"}).substr(0, 8), "restored");
-  EXPECT_TRUE(read(folder / "out/a/a_low_normal.png") == bytes);
+  EXPECT_TRUE(read_file(folder / "out/a/a_low_normal.png") == bytes);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "batch/checks.h"
 #include "cli/call.h"
 #include "kiln/image.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -130,7 +131,7 @@ TEST(Checks, TheMaskSaysWhichTexelsOfGoldenMapsCount) {
     changed.pixels[i] += changed.pixels[i] > 0.5F ? -0.25F : 0.25F;
   }
   save_image(changed, golden, {ImageFormat::png16});
-  const std::string job = read(folder / "job.toml");
+  const std::string job = read_file(folder / "job.toml");
   for (const auto& [limit, code] : {std::pair{"0.249", 1}, std::pair{"0.251", 0}}) {
     write(folder / "job.toml", job + "limits = { height.mean = " + limit + " }\n");
     EXPECT_EQ(run(folder).exit_code, code) << limit;
@@ -197,12 +198,12 @@ TEST(Checks, HashesAreOfPixels) {
   ASSERT_EQ(run(folder, {"--hashes", list}).exit_code, 0);
   EXPECT_EQ(run(folder, {"--check-hashes", list}).exit_code, 0);
   EXPECT_EQ(run(folder, {"--check-hashes", list, "--only", "a"}).exit_code, 0);
-  const std::string text = read(list);
+  const std::string text = read_file(list);
   EXPECT_NE(text.find("  out/a_low_height.png\n"), std::string::npos) << text;
   // The same pixels in another file.
   const fs::path map = folder / "out/a_low_height.png";
   const std::string hash = pixel_hash(map);
-  const std::string bytes = read(map);
+  const std::string bytes = read_file(map);
   save_image(load_image(map), folder / "again.png", {ImageFormat::png16});
   EXPECT_EQ(pixel_hash(folder / "again.png"), hash);
   disturb(folder / "again.png", 1, 1.0F / 65535);
@@ -245,7 +246,7 @@ TEST(Checks, JUnitHasACaseAnAsset) {
   write(folder / "assets/b_high.obj", "v 0 0 <nonsense>&\n");
   write(folder / "job.toml", kMask);
   EXPECT_EQ(run(folder, {"--junit", (folder / "junit.xml").string()}).exit_code, 1);
-  const std::string xml = read(folder / "junit.xml");
+  const std::string xml = read_file(folder / "junit.xml");
   EXPECT_NE(xml.find("tests=\"2\" failures=\"1\""), std::string::npos) << xml;
   EXPECT_NE(xml.find("name=\"a\""), std::string::npos) << xml;
   EXPECT_NE(xml.find("<failure type=\"input\""), std::string::npos) << xml;
@@ -271,7 +272,7 @@ TEST(DiffFolders, ComparesFileByFile) {
     more.insert(more.end(), {"--json", (folder / "diff.json").string()});
     diff(more);
     std::map<std::string, std::string> states;
-    const json report = json::parse(read(folder / "diff.json"));
+    const json report = json::parse(read_file(folder / "diff.json"));
     for (const json& file : report["files"]) states[file["file"]] = file["state"];
     return states;
   };
@@ -336,7 +337,7 @@ TEST(DiffFolders, ComparesFileByFile) {
   EXPECT_EQ(diff({"--max-error", "1", "--max-angle", "180", "--junit", (folder / "x.xml").string()})
                 .exit_code,
             1);
-  const std::string xml = read(folder / "x.xml");
+  const std::string xml = read_file(folder / "x.xml");
   EXPECT_NE(xml.find("tests=\"5\" failures=\"4\""), std::string::npos) << xml;
   expect_exit(diff({"--mask", "mask.png"}), 2, {"--mask"});
   expect_exit(diff({"--out", "out.png"}), 2, {"--out"});

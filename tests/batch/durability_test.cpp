@@ -15,6 +15,7 @@
 #include "batch/batch_scene.h"
 #include "cli/call.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -30,7 +31,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder) {
        at.increment(error)) {
     std::error_code gone;
     if (at->is_regular_file(gone))
-      files[at->path().lexically_relative(folder).string()] = read(at->path());
+      files[at->path().lexically_relative(folder).string()] = read_file(at->path());
   }
   return files;
 }
@@ -283,13 +284,13 @@ TEST(Watch, BakesWhatWasSaved) {
     switch (step) {
       case 0:
         if (!fs::exists(a) || !fs::exists(b) || count_of(folder / ".kiln/records") < 2) break;
-        first = read(a);
-        beside = read(b);
+        first = read_file(a);
+        beside = read_file(b);
         save_obj(BumpySphere::dense(80), folder / "assets/a_high.obj");
         ++step;
         break;
       case 1:
-        if (!fs::exists(a) || read(a) == first) break;
+        if (!fs::exists(a) || read_file(a) == first) break;
         // A file that comes; and a job file that is broken for a while.
         save_obj(BumpySphere::dense(90), folder / "assets/c_high.obj");
         save_obj(BumpySphere::light(), folder / "assets/c_low.obj");
@@ -302,11 +303,11 @@ TEST(Watch, BakesWhatWasSaved) {
         break;
       case 3:
         write(folder / "job.toml", std::string(kStudioJob) + "flip_y = true\n");
-        beside = read(b);
+        beside = read_file(b);
         ++step;
         break;
       default:
-        return read(b) != beside;
+        return read_file(b) != beside;
     }
     return false;
   };
@@ -330,7 +331,7 @@ class CacheServer : public testing::Test {
                         (folder / "job.toml").string(), "--cache", cache, "--json", "-"});
   }
   std::size_t calls(const std::string& begin) const {
-    std::istringstream in(read(server_ / "log"));
+    std::istringstream in(read_file(server_ / "log"));
     std::size_t count = 0;
     for (std::string line; std::getline(in, line);) count += line.starts_with(begin) ? 1 : 0;
     return count;

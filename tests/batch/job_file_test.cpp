@@ -17,6 +17,7 @@
 #include "job/job_options.h"
 #include "kiln/error.h"
 #include "kiln/options.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -526,7 +527,7 @@ TEST(JobFile, ExamplesOfTheRepositoryAreGood) {
     if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path());
     ++examples;
-    const std::string text = read(entry.path());
+    const std::string text = read_file(entry.path());
     EXPECT_EQ(misfit(schema, json_of(parse_toml(text, "job.toml"))), "");
     write(folder / "job.toml", text);
     ProcessResult result = call_kiln({"run", (folder / "job.toml").string(), "--check"});
@@ -541,8 +542,8 @@ TEST(JobFile, ExamplesOfTheRepositoryAreGood) {
   }
   EXPECT_GE(examples, 1U);
   // The manual shows the example as it is.
-  const std::string manual = read(fs::path(KILN_EXAMPLES) / "../kiln/README.md");
-  EXPECT_NE(manual.find("```toml\n" + read(fs::path(KILN_EXAMPLES) / "job/job.toml") + "```"),
+  const std::string manual = read_file(fs::path(KILN_EXAMPLES) / "../kiln/README.md");
+  EXPECT_NE(manual.find("```toml\n" + read_file(fs::path(KILN_EXAMPLES) / "job/job.toml") + "```"),
             std::string::npos);
 }
 

@@ -18,6 +18,7 @@
 #include "picture/asset_pictures.h"
 #include "report/console.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -193,8 +194,8 @@ TEST(Reports, OfPartsAreThoseOfTheWhole) {
       run(folder, {"--merge", path("one.json"), "--merge", path("two.html"), "--json",
                    path("all.json"), "--junit", path("all.xml"), "--report", path("all.html")});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const json whole = json::parse(read(folder / "whole.json")),
-             all = json::parse(read(folder / "all.json"));
+  const json whole = json::parse(read_file(folder / "whole.json")),
+             all = json::parse(read_file(folder / "all.json"));
   ASSERT_EQ(all["assets"].size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(all["assets"][i]["asset"], whole["assets"][i]["asset"]);
@@ -203,8 +204,8 @@ TEST(Reports, OfPartsAreThoseOfTheWhole) {
   const std::string schema = call_kiln({"run", "--print-report-schema"}).output;
   for (const json& report : {whole, all, report_of_page(folder / "all.html")})
     EXPECT_EQ(misfit(json::parse(schema), report), "");
-  EXPECT_NE(read(folder / "all.xml").find("tests=\"3\""), std::string::npos);
-  EXPECT_EQ(read(folder / "one.json").find("data:image"), std::string::npos);
+  EXPECT_NE(read_file(folder / "all.xml").find("tests=\"3\""), std::string::npos);
+  EXPECT_EQ(read_file(folder / "one.json").find("data:image"), std::string::npos);
   // Of the pages' assets alone there are pictures.
   std::size_t pictures = 0;
   const json page = report_of_page(folder / "all.html");

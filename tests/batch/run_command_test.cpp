@@ -21,6 +21,7 @@
 #include "cli/call.h"
 #include "io/file/output_set.h"
 #include "kiln/files.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -33,7 +34,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder) {
   if (!fs::exists(folder)) return files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder).string()] = read(entry.path());
+      files[fs::relative(entry.path(), folder).string()] = read_file(entry.path());
   }
   return files;
 }
@@ -103,7 +104,7 @@ reasons = true
 )");
   const ProcessResult result = run_job(folder, {"--json", (folder / "all.json").string()});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const json report = json::parse(read(folder / "all.json"));
+  const json report = json::parse(read_file(folder / "all.json"));
   ASSERT_EQ(report["assets"].size(), 8U);
   EXPECT_EQ(report["states"]["baked"], 8);
   for (const json& asset : report["assets"]) {
@@ -252,10 +253,10 @@ TEST(RunCommand, RunsHooksWithTheAsset) {
         std::string(kStudioJob) + "before = \"cat > before.json\"\nafter = \"cat > after.json\"\n");
   EXPECT_EQ(run_job(folder).exit_code, 2);
   ASSERT_EQ(run_job(folder, {"--allow-hooks"}).exit_code, 0);
-  EXPECT_EQ(json::parse(read(folder / "before.json"))["asset"], "a");
-  EXPECT_EQ(json::parse(read(folder / "after.json"))["state"], "baked");
-  EXPECT_EQ(json::parse(read(folder / "after.json"))["files"].size(), 2U);
-  EXPECT_GT(json::parse(read(folder / "after.json"))["seconds"], 0.0);
+  EXPECT_EQ(json::parse(read_file(folder / "before.json"))["asset"], "a");
+  EXPECT_EQ(json::parse(read_file(folder / "after.json"))["state"], "baked");
+  EXPECT_EQ(json::parse(read_file(folder / "after.json"))["files"].size(), 2U);
+  EXPECT_GT(json::parse(read_file(folder / "after.json"))["seconds"], 0.0);
   fs::remove_all(folder / "out");
   write(folder / "job.toml", std::string(kStudioJob) + "before = \"echo not today; exit 7\"\n");
   const ProcessResult result = run_job(folder, {"--allow-hooks"});

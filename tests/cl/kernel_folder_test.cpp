@@ -20,6 +20,7 @@
 #include "cl/context.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -231,11 +232,6 @@ bool holds_as_other_user(const std::function<bool()>& checks) {
          WEXITSTATUS(status) == 0;
 }
 
-std::string text_of(const fs::path& path) {
-  std::ifstream in(path);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// An image's kernels serve any user, though nobody may write there.
 TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
   if (geteuid() != 0) GTEST_SKIP() << "needs root, whose folders others trust";
@@ -259,9 +255,9 @@ TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
       const ocl::KernelFolder found = ocl::kernel_folder();
       good = good && found.kiln == user / "kiln" && found.warnings.empty() && pocl() == user;
     }
-    return good && text_of(user / "AB/program/program.bc") == "bitcode" &&
-           text_of(user / "AB/program/kernel/kernel.so") == "code" &&
-           text_of(user / "kiln/passed.bin") == "passed" && !fs::exists(user / "secret") &&
+    return good && test::read_file(user / "AB/program/program.bc") == "bitcode" &&
+           test::read_file(user / "AB/program/kernel/kernel.so") == "code" &&
+           test::read_file(user / "kiln/passed.bin") == "passed" && !fs::exists(user / "secret") &&
            os::find_unsafe_level(user / "AB/program/kernel/kernel.so").empty();
   }));
   // What the user compiled since stays, and no half file is left.
@@ -270,7 +266,7 @@ TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
   EXPECT_TRUE(holds_as_other_user([&] {
     const Variables set({{"TMPDIR", temporary}, {"POCL_CACHE_DIR", image}});
     ocl::kernel_folder();
-    return text_of(user / "AB/program/program.bc") == "newer";
+    return test::read_file(user / "AB/program/program.bc") == "newer";
   }));
   for (const auto& entry : fs::recursive_directory_iterator(user)) files += entry.is_regular_file();
   EXPECT_EQ(files, 3U);

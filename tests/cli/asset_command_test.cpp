@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <regex>
 
@@ -16,6 +15,7 @@
 #include "kiln/files.h"
 #include "kiln/image.h"
 #include "support/json_file.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -74,8 +74,7 @@ TEST(AssetCommand, OcclusionIsSmoothedWhereNothingIsSaid) {
   EXPECT_EQ(bake("plain/low.glb", {"--size=1024"}), 1);
   EXPECT_EQ(bake("said/low.glb", {"--size=1024", "--ao-error=1"}), 1);
   const auto bytes = [&](const char* folder) {
-    std::ifstream file(scene / folder / "low.glb", std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::read_file(scene / folder / "low.glb");
   };
   EXPECT_EQ(bytes("plain"), bytes("said"));
   EXPECT_NE(bake("rays/low.glb", {"--size=1024", "--ao-rays=4"}), 1);
@@ -434,8 +433,7 @@ TEST(AssetCommand, OcclusionOfHighIsKept) {
   const Image grey{4, 4, 1, std::vector<float>(16, 0.25F)};
   save_glb(load_mesh(scene / "low.obj"), {.occlusion = &grey}, scene / "high.gltf");
   const auto bake = [&](const char* member) {
-    std::ifstream in(scene / "high.gltf");
-    std::string text(std::istreambuf_iterator<char>(in), {});
+    std::string text = test::read_file(scene / "high.gltf");
     const std::size_t at = text.find("\"occlusionTexture\"");
     ASSERT_NE(at, text.npos);
     save_text(scene / "changed.gltf", text.insert(text.find('{', at) + 1, member));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +14,7 @@
 #include "support/json_file.h"
 #include "support/pictures.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -98,8 +98,7 @@ TEST(Command, WritesMipMapsInEveryFormat) {
         EXPECT_EQ(image.width, png ? std::max(70U >> level, 1U) : 70U);
       }
       for (const std::string& name : expected) {
-        std::ifstream file(out / name, std::ios::binary);
-        const std::string now{std::istreambuf_iterator<char>(file), {}};
+        const std::string now = test::read_file(out / name);
         const auto [known, first] = bytes.emplace(name, now);
         EXPECT_TRUE(first || known->second == now) << name;
       }

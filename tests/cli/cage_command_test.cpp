@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +17,7 @@
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -58,8 +58,7 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
   const ProcessResult again = bake("b", {"--cage-mesh", folder / "cage.obj"});
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   const auto bytes = [&](const std::string& out) {
-    std::ifstream in(folder / out / "low_normal.png", std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
+    return test::read_file(folder / out / "low_normal.png");
   };
   EXPECT_TRUE(!bytes("a").empty() && bytes("a") == bytes("b"));
 

@@ -26,6 +26,7 @@
 #include "kiln/option_error.h"
 #include "kiln/options.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -154,8 +155,7 @@ std::map<std::string, std::string> files_in(const fs::path& folder) {
     // Plots are the command's; records and tables name places.
     const bool plot = name.find("_plan") != std::string::npos;
     if (!entry.is_regular_file() || name.starts_with('.') || plot) continue;
-    std::ifstream in(entry.path(), std::ios::binary);
-    files[name] = std::string(std::istreambuf_iterator<char>(in), {});
+    files[name] = read_file(entry.path());
   }
   return files;
 }
@@ -262,8 +262,7 @@ TEST(Job, InMemoryHasTheBytesOfTheFiles) {
   job.in_memory = true;
   const JobResult kept = run(*device(), job);
   EXPECT_TRUE(kept.files.empty());
-  std::ifstream in(job.out, std::ios::binary);
-  const std::string file(std::istreambuf_iterator<char>(in), {});
+  const std::string file = read_file(job.out);
   ASSERT_EQ(kept.glb.size(), file.size());
   EXPECT_EQ(std::memcmp(kept.glb.data(), file.data(), file.size()), 0);
   EXPECT_LE(kept.low.triangles.size(), 330U);
@@ -321,8 +320,7 @@ TEST(Job, MapsOfTheLibraryAreSavedAsByJobs) {
 TEST(Job, AssetsOfBytesAreThoseOfFiles) {
   const fs::path scene = make_doors_scene();
   for (const char* file : {"two.glb", "high.obj"}) {
-    std::ifstream in(scene / file, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const std::string text = read_file(scene / file);
     const Asset of_bytes = load_asset(std::as_bytes(std::span(text)), file);
     const Asset of_file = load_asset(scene / file);
     EXPECT_EQ(of_bytes.mesh.positions, of_file.mesh.positions);

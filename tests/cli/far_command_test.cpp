@@ -16,6 +16,7 @@
 #include "cli/command_scene.h"
 #include "kiln/bake.h"
 #include "support/pictures.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -91,10 +92,6 @@ TEST(FarCommand, LengthsAreSharesOfWhatIsUsed) {
     const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
   };
-  const auto contents = [](const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
   for (const char* kind : {"", "_dummy"}) {
     const std::string high = folder / ("hi" + std::string(kind) + ".obj"),
                       low = folder / ("lo" + std::string(kind) + ".obj");
@@ -102,9 +99,9 @@ TEST(FarCommand, LengthsAreSharesOfWhatIsUsed) {
     run({"bake", high, low, "--size", "16", "--cage", "auto", "--save-cage",
          out / ("c" + std::string(kind) + ".obj"), "--out", out / ("o" + std::string(kind))});
   }
-  EXPECT_EQ(contents(out / "r.png"), contents(out / "r_dummy.png"));
-  EXPECT_EQ(contents(out / "o" / "lo_normal.png"),
-            contents(out / "o_dummy" / "lo_dummy_normal.png"));
+  EXPECT_EQ(test::read_file(out / "r.png"), test::read_file(out / "r_dummy.png"));
+  EXPECT_EQ(test::read_file(out / "o" / "lo_normal.png"),
+            test::read_file(out / "o_dummy" / "lo_dummy_normal.png"));
   const Mesh cage = load_mesh(out / "c.obj"), other = load_mesh(out / "c_dummy.obj");
   EXPECT_EQ(cage.origin, other.origin);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(cage.positions[i], other.positions[i]);

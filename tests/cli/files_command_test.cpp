@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -17,6 +16,7 @@
 #include "support/json_file.h"
 #include "support/pictures.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -251,11 +251,6 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
             2);
 }
 
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// A picture with a map that was baked, with its saved match, and with the flags of the bake: the same bytes.
 TEST(FilesCommand, RenderTakesTheMatchOfABake) {
   KILN_REQUIRE_DEVICE();
@@ -281,7 +276,7 @@ TEST(FilesCommand, RenderTakesTheMatchOfABake) {
     line.insert(line.end(), flags.begin(), flags.end());
     const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return bytes_of(folder / (name + ".png"));
+    return test::read_file(folder / (name + ".png"));
   };
   const std::string wanted = picture("map", {"--normal", folder / "maps" / "low_normal.exr"});
   EXPECT_TRUE(picture("match", {"--load-match", folder / "match.exr"}) == wanted);

@@ -10,6 +10,7 @@
 #include "cli/command_scene.h"
 #include "kiln/image.h"
 #include "support/json_file.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -205,10 +206,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
   again[14] = scene / "again";
   ASSERT_EQ(run_kiln(again, one).exit_code, 0);
   for (const char* name : {"matches.png", "error.png", "low_closest_normal_error.exr"}) {
-    const auto bytes = [&](const fs::path& folder) {
-      std::ifstream file(folder / name, std::ios::binary);
-      return std::string(std::istreambuf_iterator<char>(file), {});
-    };
+    const auto bytes = [&](const fs::path& folder) { return test::read_file(folder / name); };
     EXPECT_EQ(bytes(out), bytes(scene / "again")) << name;
   }
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "support/json_file.h"
 #include "support/pictures.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -271,8 +271,7 @@ TEST(LowPolyCommand, LevelsOfAGlbAreOneFile) {
     EXPECT_FALSE(fs::exists(folder / "one_lod1.glb"));
     const nlohmann::json levels = read_json(folder / "one_lods.json")["levels"];
     ASSERT_GE(levels.size(), 2U);
-    std::ifstream in(file, std::ios::binary);
-    const std::string glb((std::istreambuf_iterator<char>(in)), {});
+    const std::string glb = test::read_file(file);
     std::uint32_t length = 0;
     std::memcpy(&length, &glb[12], 4);
     const nlohmann::json head = nlohmann::json::parse(glb.substr(20, length));

@@ -21,6 +21,7 @@
 #include "cli/command_scene.h"
 #include "kiln/bake.h"
 #include "kiln/image.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -44,8 +45,8 @@ fs::path make_scene() {
     high.materials.push_back(x < 0 ? 0 : 1);
   }
   save_obj(high, folder / "plain.obj");
-  std::ifstream from(folder / "plain.obj");
-  std::ofstream(folder / "high.obj") << "mtllib high.mtl\n" << from.rdbuf();
+  std::ofstream(folder / "high.obj") << "mtllib high.mtl\n"
+                                     << test::read_file(folder / "plain.obj");
   std::ofstream(folder / "high.mtl")
       << "newmtl brick\nmap_Kd brick.png\nPr 0.75\nnewmtl glass\nKd 0.5 0.5 0.5\nd 0.25\nPr 0.25\n";
   save_image({2, 2, 4, {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}}, folder / "brick.png",
@@ -237,8 +238,7 @@ TEST(MapsCommand, PicturesTellTheirRanges) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
   const auto bytes_of = [&](const std::string& file) {
-    std::ifstream in(scene / "out" / file, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
+    return test::read_file(scene / "out" / file);
   };
   const auto expect_text = [&](const std::string& file, const std::string& text) {
     EXPECT_NE(bytes_of(file).find(text), std::string::npos) << file << ": " << text;
@@ -361,11 +361,7 @@ TEST(MapsCommand, RefusesBadPictures) {
   refuse({"--transfer", scene / "empty.png"}, "empty");
   std::ofstream(scene / "words.png") << "no picture";
   refuse({"--transfer", scene / "words.png"}, "words.png");
-  std::string whole;
-  {
-    std::ifstream stream(brick, std::ios::binary);
-    whole.assign(std::istreambuf_iterator<char>(stream), {});
-  }
+  const std::string whole = test::read_file(brick);
   std::ofstream(scene / "cut.png", std::ios::binary) << whole.substr(0, whole.size() - 20);
   refuse({"--transfer", scene / "cut.png"}, "truncated");
   // 100,000 x 1 texels by its header alone: refused before anything is taken for it.
@@ -378,7 +374,7 @@ TEST(MapsCommand, RefusesBadPictures) {
   save_image({2, 1, 3, {nan, 0, 1, 1, 0, 0}}, scene / "nan.exr", {ImageFormat::exr_float});
   const ProcessResult holes = bake(scene, {"--transfer", scene / "nan.exr"});
   EXPECT_EQ(holes.exit_code, 0) << holes.errors;
-  EXPECT_NE(holes.errors.find("1 numbers that are NaN"), std::string::npos) << holes.errors;
+  EXPECT_NE(holes.errors.find("1 number that is NaN"), std::string::npos) << holes.errors;
   fs::remove_all(scene / "out");
   // Materials that name themselves, and a picture that is a file of materials.
   std::ofstream(scene / "high.mtl") << "mtllib high.mtl\nnewmtl brick\nmap_Kd high.mtl\n";

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -19,6 +18,7 @@
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -29,11 +29,6 @@ using test::call_kiln;
 using test::expect_exit;
 using test::ProcessResult;
 using test::read_json;
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 struct Scene {
   fs::path folder = test::make_scene(3000);
@@ -139,7 +134,7 @@ TEST(MaxBytes, GivesTheSameBytes) {
   expect_exit(scene.bake("a.glb", bound), 0, {});
   fs::copy_file(scene.folder / "a.glb", scene.folder / "before.glb");
   expect_exit(scene.bake("a.glb", bound, {{"KILN_THREADS", "1"}}), 0, {});
-  EXPECT_EQ(bytes_of(scene.folder / "a.glb"), bytes_of(scene.folder / "before.glb"));
+  EXPECT_EQ(test::read_file(scene.folder / "a.glb"), test::read_file(scene.folder / "before.glb"));
 }
 
 /// The message says the smallest bytes that do, and those do.

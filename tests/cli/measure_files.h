@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -20,11 +19,6 @@ namespace kiln::test::measure_files {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-inline std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 /// Pixels of a picture's colours from dark to light, which show values: no greys.
 inline std::size_t coloured_pixels(const Image& picture) {

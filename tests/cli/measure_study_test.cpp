@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/call.h"
@@ -14,6 +13,7 @@
 #include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -155,7 +155,7 @@ TEST(MeasureCommand, StudiesFaces) {
   EXPECT_NE(without.errors.find("python3-matplotlib"), std::string::npos) << without.errors;
   EXPECT_FALSE(fs::exists(other / "study_faces.png"));
   for (const char* name : {"study_faces.csv", "study_faces_plot.json"}) {
-    EXPECT_TRUE(read_text(other / name) == read_text(out / name)) << name;
+    EXPECT_TRUE(test::read_file(other / name) == test::read_file(out / name)) << name;
   }
 }
 

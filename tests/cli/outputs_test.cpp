@@ -15,6 +15,7 @@
 #include "kiln/image.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -55,8 +56,7 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   const std::string command = std::string("'") + test::kiln_command() + "' diff '" + a + "' '" + a +
                               "' --json /dev/stdout >> '" + log + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
-  std::ifstream stream(log);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  const std::string text = test::read_file(log);
   EXPECT_EQ(text.rfind("before\n", 0), 0U);
   EXPECT_NE(text.find("mean_angle_degrees"), std::string::npos);
   EXPECT_EQ(call_kiln({"devices", "--json"}).exit_code == 0 || test::device() == nullptr, true);
@@ -118,9 +118,7 @@ TEST(Command, GoesOnWhereItsReaderHasReadEnough) {
     EXPECT_EQ(value, 0);
     EXPECT_TRUE(fs::exists(out / "low_normal.png"));
     fs::remove(scene / "code");
-    std::ifstream said(errors);
-    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(said), {}).find("kiln:"),
-              std::string::npos);
+    EXPECT_EQ(test::read_file(errors).find("kiln:"), std::string::npos);
   }
 }
 
@@ -129,11 +127,7 @@ TEST(Command, WritesNothingIntoFilesWhereStreamsAreClosed) {
   const fs::path scene = make_scene(500);
   const std::string high = scene / "high.obj", low = scene / "low.obj";
   ASSERT_EQ(call_kiln({"bake", high, low, "--size", "16", "--out", scene / "good"}).exit_code, 0);
-  const auto content = [](const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(stream), {});
-  };
-  const std::string wanted = content(scene / "good/low_normal.png");
+  const std::string wanted = test::read_file(scene / "good/low_normal.png");
   ASSERT_FALSE(wanted.empty());
   int number = 0;
   const auto bake = [&](const std::string& more) {
@@ -141,7 +135,7 @@ TEST(Command, WritesNothingIntoFilesWhereStreamsAreClosed) {
     const int code = shell("kiln bake '" + high + "' '" + low + "' --size 16 --out '" +
                            out.string() + "' " + more);
     if (fs::exists(out / "low_normal.png")) {
-      EXPECT_EQ(content(out / "low_normal.png"), wanted) << more;
+      EXPECT_EQ(test::read_file(out / "low_normal.png"), wanted) << more;
     }
     return std::pair(code, fs::exists(out / "low_normal.png"));
   };
@@ -157,7 +151,7 @@ TEST(Command, EscapesControlCharactersOfFiles) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(500);
   std::ofstream evil(scene / "evil.obj");
-  evil << "mtllib \x1b]0;title\x07\xc2\x9b.mtl\n" << std::ifstream(scene / "high.obj").rdbuf();
+  evil << "mtllib \x1b]0;title\x07\xc2\x9b.mtl\n" << test::read_file(scene / "high.obj");
   evil.close();
   const ProcessResult result = call_kiln({"bake", scene / "evil.obj", scene / "low.obj", "--size",
                                           "16", "--maps", "color", "--out", scene / "out"});

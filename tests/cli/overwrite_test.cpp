@@ -12,6 +12,7 @@
 #include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -22,15 +23,10 @@ using test::call_kiln;
 using test::ProcessResult;
 using Words = std::vector<std::string>;
 
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::map<std::string, std::string> all_files(const fs::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) files[entry.path()] = contents(entry.path());
+    if (entry.is_regular_file()) files[entry.path()] = test::read_file(entry.path());
   }
   return files;
 }

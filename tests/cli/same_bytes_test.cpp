@@ -11,6 +11,7 @@
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -33,8 +34,7 @@ TEST(Command, GivesTheSameBytesEveryTime) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_kiln(arguments, options);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    std::ifstream file(scene / name / "low_normal.png", std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::read_file(scene / name / "low_normal.png");
   };
   const std::string expected = bake("a", {}, {});
   ASSERT_GT(expected.size(), 1000U);
@@ -71,8 +71,7 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProcessResult result = run_kiln(arguments, options);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    std::ifstream file(scene / "out" / "low_normal.png", std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::read_file(scene / "out" / "low_normal.png");
   };
   ProcessOptions one_thread;
   one_thread.environment = {{"KILN_THREADS", "1"}, {"POCL_MAX_PTHREAD_COUNT", "1"}};
@@ -137,8 +136,7 @@ TEST(Command, GivesTheSameBytesOnOtherImplementations) {
     if (!launcher.empty()) command.insert(command.begin(), launcher);
     const ProcessResult result = test::run_process(command, options);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    std::ifstream file(scene / name / "low_normal.png", std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::read_file(scene / name / "low_normal.png");
   };
   const std::string expected = bake("here", "", {}, {});
   ASSERT_GT(expected.size(), 1000U);

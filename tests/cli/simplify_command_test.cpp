@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +17,7 @@
 #include "source/streamed_files.h"
 #include "support/json_file.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -260,8 +260,7 @@ std::string bytes_of_map(const fs::path& scene, const char* high, const char* cl
   EXPECT_EQ(result.errors.find("faced against") != std::string::npos, *expected != 0)
       << result.errors;
   EXPECT_NE(result.errors.find(expected), std::string::npos) << result.errors;
-  std::ifstream file(out / "low_normal.png", std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return test::read_file(out / "low_normal.png");
 }
 
 TEST(SimplifyCommand, FlippedPatchesOfHighBakeAsSoundOnes) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "support/environment.h"
 #include "support/pictures.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -67,10 +67,7 @@ TEST(TangentsCommand, ThoseOfTheFileAreTaken) {
     line.insert(line.end(), flags.begin(), flags.end());
     const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    std::ifstream file(folder / "report.json");
-    if (says != nullptr) {
-      says->assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    }
+    if (says != nullptr) *says = test::read_file(folder / "report.json");
     return test::read_picture(folder / "maps" / (low + "_normal.exr"));
   };
   std::string report;

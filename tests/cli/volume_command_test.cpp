@@ -13,6 +13,7 @@
 #include "support/json_file.h"
 #include "support/pictures.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/volumes.h"
 
 namespace kiln {
@@ -37,11 +38,6 @@ fs::path make_scene() {
   raw.write(reinterpret_cast<const char*>(volume.voxels.data()),
             static_cast<std::streamsize>(volume.voxels.size()));
   return folder;
-}
-
-std::string bytes(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
 TEST(VolumeCommand, WritesMeshAndMap) {
@@ -71,8 +67,8 @@ TEST(VolumeCommand, WritesMeshAndMap) {
                  "--faces", "500", "--size", "256", "--out", scene / "raw", "--quiet"});
   ASSERT_EQ(raw.exit_code, 0) << raw.errors;
   EXPECT_EQ(raw.output, "");
-  EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"),
-            bytes(scene / "raw" / "ball_low_normal.png"));
+  EXPECT_EQ(test::read_file(scene / "out" / "ball_low_normal.png"),
+            test::read_file(scene / "raw" / "ball_low_normal.png"));
 }
 
 TEST(VolumeCommand, MakesSeveralLevels) {
@@ -104,8 +100,8 @@ TEST(VolumeCommand, MakesSeveralLevels) {
   }
   // Each level is what the command makes with the same faces and map.
   run({"--faces", std::to_string(levels[0]["faces"].get<int>() / 4), "--size", "128"});
-  EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"),
-            bytes(scene / "out" / "ball_lod1_normal.png"));
+  EXPECT_EQ(test::read_file(scene / "out" / "ball_low_normal.png"),
+            test::read_file(scene / "out" / "ball_lod1_normal.png"));
   // A level that the topology allows no fewer faces is left out.
   const ProcessResult few =
       run({"--faces", "8", "--size", "64", "--topology", "keep", "--lod", "4", "--force"});
@@ -269,13 +265,13 @@ TEST(VolumeCommand, ChoosesWhatNoFlagSays) {
     EXPECT_NE(chosen.output.find(words), std::string::npos) << chosen.output;
   }
   // The same, said.
-  const std::string map = bytes(scene / "out" / "ball_low_normal.png");
+  const std::string map = test::read_file(scene / "out" / "ball_low_normal.png");
   char error[32];
   std::snprintf(error, sizeof error, "%.17g", report["used"]["error"].get<double>());
   const ProcessResult said = run({"--size", std::to_string(report["used"]["size"].get<int>()),
                                   "--topology", "keep", "--min-part", "0", "--error", error});
   EXPECT_EQ(said.output.find("chosen:"), std::string::npos) << said.output;
-  EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"), map);
+  EXPECT_EQ(test::read_file(scene / "out" / "ball_low_normal.png"), map);
   report = read_json(scene / "r.json");
   EXPECT_TRUE(report["used"]["aimed_faces"].is_null());
 }

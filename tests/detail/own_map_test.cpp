@@ -3,13 +3,13 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <string>
 
 #include "image/gutter.h"
 #include "kiln/bake.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -18,12 +18,11 @@ namespace {
 OwnMap example(const std::string& name) {
   const std::filesystem::path path = test::test_data("").parent_path().parent_path().parent_path() /
                                      "tools" / "examples" / "maps" / (name + ".cl");
-  std::ifstream file(path);
-  EXPECT_TRUE(file.good()) << path;
+  EXPECT_TRUE(std::filesystem::exists(path)) << path;
   OwnMap map;
   map.name = name;
   map.file = path.string();
-  map.source = {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  map.source = test::read_file(path);
   return map;
 }
 

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
-#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -87,14 +87,9 @@ class Crashes : public ::testing::Test {
       fs::create_directory(folder / "cache");
       const ProcessResult good = bake(folder / "good", folder / "cache", folder);
       EXPECT_EQ(good.exit_code, 0) << good.errors;
-      return Filled{folder / "cache", contents(folder / "good" / "low_mask.png")};
+      return Filled{folder / "cache", test::read_file(folder / "good" / "low_mask.png")};
     }();
     return made;
-  }
-
-  static std::string contents(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
   }
 
   fs::path folder_;
@@ -114,7 +109,7 @@ TEST_F(Crashes, ADamagedCacheIsLeftForAnEmptyOne) {
   const ProcessResult again = bake(folder_ / "again", cache, temporary);
   EXPECT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_NE(again.errors.find("POCL_CACHE_DIR"), std::string::npos) << again.errors;
-  EXPECT_EQ(contents(folder_ / "again" / "low_mask.png"), filled().map);
+  EXPECT_EQ(test::read_file(folder_ / "again" / "low_mask.png"), filled().map);
   EXPECT_TRUE(fs::is_empty(temporary)) << "the empty cache stayed";
   // If there is no place for an empty one, the message says what to do.
   const ProcessResult failed = bake(folder_ / "failed", cache, folder_ / "nowhere");
@@ -211,7 +206,7 @@ TEST_F(Crashes, NoVariableRemovesAFolder) {
                            {"KILN_KEEP_BINARIES", "1"}};
     const ProcessResult result = test::run_kiln({"--version"}, options);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    EXPECT_EQ(contents(kept / "deep" / "file"), "text");
+    EXPECT_EQ(test::read_file(kept / "deep" / "file"), "text");
     EXPECT_TRUE(fs::is_empty(temporary)) << "what it made stayed";
   }
 }

@@ -28,6 +28,7 @@
 #include "faults/commands.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -65,8 +66,7 @@ Files all_files(const fs::path& folder) {
   Files files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
-    std::ifstream in(entry.path(), std::ios::binary);
-    files[fs::relative(entry.path(), folder)] = {std::istreambuf_iterator<char>(in), {}};
+    files[fs::relative(entry.path(), folder)] = test::read_file(entry.path());
   }
   return files;
 }

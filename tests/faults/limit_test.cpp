@@ -19,6 +19,7 @@
 #include "kiln/unwrap.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -281,10 +282,6 @@ TEST_F(Limits, OfMemoryAreObeyedByVolumesAndCharts) {
 
 // 2^-100 is about 1e-30: exact in single precision, so the map keeps every byte.
 TEST_F(Limits, OfSizeAreNotFelt) {
-  const auto contents = [](const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
-  };
   ASSERT_EQ(test::run_kiln(bake("32", folder_ / "plain")).exit_code, 0);
   for (const float scale : {0x1p-100F, 0x1p90F}) {
     fs::create_directory(folder_ / "scaled");
@@ -297,8 +294,8 @@ TEST_F(Limits, OfSizeAreNotFelt) {
         test::run_kiln({"bake", folder_ / "scaled" / "high.obj", folder_ / "scaled" / "low.obj",
                         "--size", "32", "--quiet", "--out", folder_ / "out"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    EXPECT_EQ(contents(folder_ / "out" / "low_normal.png"),
-              contents(folder_ / "plain" / "low_normal.png"));
+    EXPECT_EQ(test::read_file(folder_ / "out" / "low_normal.png"),
+              test::read_file(folder_ / "plain" / "low_normal.png"));
   }
 }
 

@@ -8,11 +8,11 @@
 
 #include <algorithm>
 #include <csignal>
-#include <fstream>
 #include <random>
 
 #include "kiln/image.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -32,11 +32,6 @@ std::vector<Image> noise_mips(std::uint32_t width, std::uint32_t height) {
     mips.push_back(noise(width, height, width));
   }
   return mips;
-}
-
-std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 TEST(SaveMipmapped, EveryLevelComesBackAndLevel0ToAnyone) {
@@ -79,7 +74,7 @@ TEST(SaveMipmapped, GivesTheSameBytesOnAnyNumberOfThreads) {
   const std::vector<Image> mips = noise_mips(513, 300);
   save_mipmapped(image, mips, folder / "1.exr", {.threads = 1});
   save_mipmapped(image, mips, folder / "2.exr", {.threads = 2});
-  EXPECT_TRUE(bytes_of(folder / "1.exr") == bytes_of(folder / "2.exr"));
+  EXPECT_TRUE(test::read_file(folder / "1.exr") == test::read_file(folder / "2.exr"));
 }
 
 TEST(SaveMipmapped, RefusesWhatItCannotHoldBeforeAnythingIsWritten) {

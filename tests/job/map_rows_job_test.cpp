@@ -1,23 +1,18 @@
 // Maps that a job writes while it bakes them: the files are those of maps that are baked and then written.
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <string>
 
 #include "job/job_scene.h"
 #include "kiln/options.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// A leaning, coloured square over another one.
 Job job_of(const fs::path& folder) {
@@ -61,7 +56,7 @@ Written run_to(Job job, bool at_once) {
   const JobResult result = run_job([] { return *device(); }, job, {}, hooks);
   Written written;
   for (const std::string& file : result.files) {
-    written.files[fs::path(file).filename().string()] = bytes_of(file);
+    written.files[fs::path(file).filename().string()] = read_file(file);
   }
   for (const Warning& warning : result.warnings) {
     written.warnings += warning.code + ": " + warning.message.text() + "\n";

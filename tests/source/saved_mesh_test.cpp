@@ -23,6 +23,7 @@
 #include "kiln/error.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -61,8 +62,7 @@ std::string saved_bytes(const Mesh& mesh) {
   AtomicFile file(path);
   write_saved_mesh(mesh, file);
   file.commit();
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return test::read_file(path);
 }
 
 Mesh read_bytes(const std::string& bytes) {

@@ -24,17 +24,13 @@
 #include "support/crowded.h"
 #include "support/environment.h"
 #include "support/mesh_check.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void write_bytes(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -73,7 +69,7 @@ Job job_of(const fs::path& high, const fs::path& folder) {
 std::vector<std::string> bake_files(const Job& job) {
   std::vector<std::string> bytes;
   for (const std::string& file : run(*test::device(), job).files) {
-    if (!is_saved_source_name(file)) bytes.push_back(bytes_of(file));
+    if (!is_saved_source_name(file)) bytes.push_back(test::read_file(file));
   }
   return bytes;
 }
@@ -165,7 +161,7 @@ TEST_F(SavedSource, TreeFitsItsTrianglesAlone) {
 }
 
 TEST_F(SavedSource, DamagedFilesAreRefused) {
-  const std::string whole = bytes_of(saved_);
+  const std::string whole = test::read_file(saved_);
   const std::size_t tree = saved_mesh_end(saved_);
   for (const std::size_t length : {std::size_t{0}, std::size_t{7}, std::size_t{31}, std::size_t{32},
                                    tree / 2, tree, tree + 8, tree + 100, whole.size() - 1}) {
@@ -183,7 +179,7 @@ TEST_F(SavedSource, DamagedFilesAreRefused) {
 
 // A file that is not damaged but made so: its hashes are right.
 TEST_F(SavedSource, MadeUpMeshesAreRefused) {
-  const std::string whole = bytes_of(saved_);
+  const std::string whole = test::read_file(saved_);
   const std::size_t end = saved_mesh_end(saved_);
   const auto with = [&](std::size_t place, std::uint64_t value, std::size_t size) {
     std::string changed = whole;
@@ -320,7 +316,7 @@ TEST(SavedTreeFile, IsNotUsedForAMeshThatMoves) {
     impl_of(whole).save_tree([&](const void* data, std::size_t bytes) { file.write(data, bytes); });
     file.commit();
   }
-  std::string bytes = bytes_of(path);
+  std::string bytes = test::read_file(path);
   bytes.back() =
       static_cast<char>(bytes.back() ^ 1);  // A damaged tree is an error where it is read
   write_bytes(path, bytes);

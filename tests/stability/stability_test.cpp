@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
 
 #include "stability/survey.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln::test {
 namespace {
@@ -157,8 +157,7 @@ TEST_F(Stability, SmallDisturbancesMoveTheMapLittle) {
 }
 
 TEST_F(Stability, TheTablesAreTheDocuments) {
-  std::ifstream file(stability_tables(), std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::string text = read_file(stability_tables());
   const std::string tables = survey->tables();
   EXPECT_NE(text.find(tables), std::string::npos)
       << "tests/stability/README.md is out of date: run stability_survey and put in what it "

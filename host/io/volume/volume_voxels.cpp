@@ -6,6 +6,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "base/counted.h"
 #include "base/voxel_type.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
@@ -97,7 +98,9 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   std::uint64_t left = 0;
   while (!scan.token().empty()) ++left;
   if (left != 0) {
-    input.warn("trailing-bytes", std::to_string(left) + " values after the last voxel were ignored",
+    input.warn("trailing-bytes",
+               counted(left, "value") + " after the last voxel " +
+                   (left == 1 ? "was ignored" : "were ignored"),
                left);
   }
   count_non_finite(input, volume);

@@ -12,25 +12,18 @@
 #include <fstream>
 #include <functional>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 std::size_t entries(const fs::path& folder) {
   return static_cast<std::size_t>(
@@ -71,7 +64,7 @@ TEST_P(AtomicFileTest, AppearsAtCommitWithAllItsBytes) {
     EXPECT_FALSE(fs::exists(path));
     file.commit();
   }
-  EXPECT_EQ(contents(path), text + "end");
+  EXPECT_EQ(test::read_file(path), text + "end");
   EXPECT_EQ(entries(folder_), 1u);
 }
 
@@ -82,7 +75,7 @@ TEST_P(AtomicFileTest, WithoutCommitLeavesNothingAndKeepsTheOldFile) {
     AtomicFile file(path, unnamed());
     file.write("new");
   }
-  EXPECT_EQ(contents(path), "old");
+  EXPECT_EQ(test::read_file(path), "old");
   EXPECT_EQ(entries(folder_), 1u);
 }
 
@@ -92,7 +85,7 @@ TEST_P(AtomicFileTest, ReplacesAnExistingFile) {
   AtomicFile file(path, unnamed());
   file.write("new");
   file.commit();
-  EXPECT_EQ(contents(path), "new");
+  EXPECT_EQ(test::read_file(path), "new");
 }
 
 TEST_P(AtomicFileTest, CanBeWrittenByNameAfterClosingTheStream) {
@@ -105,7 +98,7 @@ TEST_P(AtomicFileTest, CanBeWrittenByNameAfterClosingTheStream) {
   std::ofstream(file.temporary()) << "by name";
   EXPECT_THROW(file.write("too late"), Error);
   file.commit();
-  EXPECT_EQ(contents(path), "by name");
+  EXPECT_EQ(test::read_file(path), "by name");
   EXPECT_EQ(entries(folder_), 1u);
 }
 
@@ -132,7 +125,7 @@ TEST_P(AtomicFileTest, FollowsALinkToAFile) {
   file.write("new");
   file.commit();
   EXPECT_TRUE(fs::is_symlink(link));
-  EXPECT_EQ(contents(real), "new");
+  EXPECT_EQ(test::read_file(real), "new");
 }
 
 TEST_P(AtomicFileTest, RelativePathsSurviveAChangeOfFolder) {
@@ -142,7 +135,7 @@ TEST_P(AtomicFileTest, RelativePathsSurviveAChangeOfFolder) {
   fs::current_path(before);
   file.write("x");
   file.commit();
-  EXPECT_EQ(contents(folder_ / "map.bin"), "x");
+  EXPECT_EQ(test::read_file(folder_ / "map.bin"), "x");
 }
 
 // A limit on file sizes fails writes the way a full disk does: part is written, then an error.
@@ -303,7 +296,8 @@ TEST(AtomicFile, AWriteProtectedFolderOrFileIsRefused) {
   fs::permissions(folder, enter);
   {
     const WithoutRights user;
-    ASSERT_EQ(contents(folder / "file"), "x");  // so that it is the right to write that lacks
+    ASSERT_EQ(test::read_file(folder / "file"),
+              "x");  // so that it is the right to write that lacks
     for (const char* name : {"new", "file"}) {
       const std::string text = output_error([&] { AtomicFile file(folder / name); });
       EXPECT_NE(text.find("permissions"), std::string::npos) << text;

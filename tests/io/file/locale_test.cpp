@@ -6,7 +6,6 @@
 #include <clocale>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <locale>
 #include <string>
 #include <vector>
@@ -20,6 +19,7 @@
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/process.h"
+#include "support/read_file.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -40,11 +40,6 @@ class Locale {
   Locale(const Locale&) = delete;
   Locale& operator=(const Locale&) = delete;
 };
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// All that is read of files, all bytes that are written, and a message, in a list. Nothing here goes by the locale.
 std::vector<std::string> all_files(const fs::path& out) {
@@ -78,17 +73,17 @@ std::vector<std::string> all_files(const fs::path& out) {
     const Volume volume = load_volume(file);
     keep(volume.origin);
     save_nrrd(volume, out / "a.nrrd");
-    found.push_back(bytes_of(out / "a.nrrd"));
+    found.push_back(test::read_file(out / "a.nrrd"));
   }
   Mesh low = test::plane(3, 3);
   low.name = "TITLE I";
   low.origin = {1234567.25, -0.1, 1e-7};
   save_obj(low, out / "a.obj");
-  found.push_back(bytes_of(out / "a.obj"));
+  found.push_back(test::read_file(out / "a.obj"));
   keep_mesh(out / "a.obj");
   const Image image = {4, 4, 3, std::vector<float>(48, 0.25F)};
   save_glb(low, {.color = &image}, out / "a.glb");
-  found.push_back(bytes_of(out / "a.glb"));
+  found.push_back(test::read_file(out / "a.glb"));
   keep_mesh(out / "a.glb");
   for (const auto format : {ImageFormat::png16, ImageFormat::exr_half, ImageFormat::dds}) {
     SaveImageOptions options;
@@ -96,7 +91,7 @@ std::vector<std::string> all_files(const fs::path& out) {
     options.origin = {1234567.25, -0.1, 1e-7};
     const fs::path file = out / ("I" + std::string(extension_of(format)));
     save_image(image, file, options);
-    found.push_back(bytes_of(file));
+    found.push_back(test::read_file(file));
     if (format != ImageFormat::dds) keep(load_image(file).pixels);
   }
   try {

@@ -13,7 +13,6 @@
 #include <fstream>
 #include <functional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <thread>
 
@@ -25,18 +24,12 @@
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 std::set<std::string> names(const fs::path& folder) {
   std::set<std::string> all;
@@ -64,13 +57,13 @@ TEST_F(OutputSetTest, FilesAppearTogetherAtCommit) {
   OutputSet set;
   save_text(folder_ / "a", "new a");
   save_text(folder_ / "b", "new b");
-  EXPECT_EQ(contents(folder_ / "a"), "old");
+  EXPECT_EQ(test::read_file(folder_ / "a"), "old");
   EXPECT_FALSE(fs::exists(folder_ / "b"));
-  EXPECT_EQ(contents(OutputSet::temporary_path(folder_ / "b")), "new b");
+  EXPECT_EQ(test::read_file(OutputSet::temporary_path(folder_ / "b")), "new b");
   EXPECT_TRUE(OutputSet::temporary_path(folder_ / "c").empty());
   set.commit();
-  EXPECT_EQ(contents(folder_ / "a"), "new a");
-  EXPECT_EQ(contents(folder_ / "b"), "new b");
+  EXPECT_EQ(test::read_file(folder_ / "a"), "new a");
+  EXPECT_EQ(test::read_file(folder_ / "b"), "new b");
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b"}));
   EXPECT_TRUE(OutputSet::temporary_path(folder_ / "b").empty());
 }
@@ -83,19 +76,19 @@ TEST_F(OutputSetTest, WithoutCommitNothingChanges) {
     save_text(folder_ / "b", "new b");
     EXPECT_THROW(OutputSet(), Error);
   }
-  EXPECT_EQ(contents(folder_ / "a"), "old");
+  EXPECT_EQ(test::read_file(folder_ / "a"), "old");
   EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
   save_text(folder_ / "c", "alone");  // no set is open: at once
-  EXPECT_EQ(contents(folder_ / "c"), "alone");
+  EXPECT_EQ(test::read_file(folder_ / "c"), "alone");
 }
 
 TEST_F(OutputSetTest, TheLaterFileOfOneNameWins) {
   OutputSet set;
   save_text(folder_ / "a", "first");
   save_text(folder_ / "a", "second");
-  EXPECT_EQ(contents(OutputSet::temporary_path(folder_ / "a")), "second");
+  EXPECT_EQ(test::read_file(OutputSet::temporary_path(folder_ / "a")), "second");
   set.commit();
-  EXPECT_EQ(contents(folder_ / "a"), "second");
+  EXPECT_EQ(test::read_file(folder_ / "a"), "second");
   EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
 }
 
@@ -117,12 +110,12 @@ TEST_F(OutputSetTest, MoreFilesThanAProcessMayHaveOpenAreHeld) {
   for (std::size_t i = 0; i < kFiles; ++i) save_text(folder_ / name(i), name(i));
   for (std::size_t i = 0; i < kFiles; i += 7) {
     EXPECT_FALSE(fs::exists(folder_ / name(i)));
-    EXPECT_EQ(contents(OutputSet::temporary_path(folder_ / name(i))), name(i));
+    EXPECT_EQ(test::read_file(OutputSet::temporary_path(folder_ / name(i))), name(i));
   }
   set.commit();
   setrlimit(RLIMIT_NOFILE, &before);
   EXPECT_EQ(names(folder_).size(), kFiles);
-  for (std::size_t i = 0; i < kFiles; ++i) EXPECT_EQ(contents(folder_ / name(i)), name(i));
+  for (std::size_t i = 0; i < kFiles; ++i) EXPECT_EQ(test::read_file(folder_ / name(i)), name(i));
 }
 
 // A folder that takes a file's name in between makes its rename fail.
@@ -135,7 +128,7 @@ TEST_F(OutputSetTest, OneFailureBringsBackAllThatWasThere) {
     OutputSet set;
     for (int i = 0; i < 4; ++i) save_text(folder / std::to_string(i), "new");
     const fs::path taken = folder / std::to_string(failing);
-    const std::string before = contents(taken);
+    const std::string before = test::read_file(taken);
     fs::remove(taken);
     fs::create_directories(taken / "inside");
     EXPECT_EQ(code_of([&] { set.commit(); }), ErrorCode::output);
@@ -144,7 +137,7 @@ TEST_F(OutputSetTest, OneFailureBringsBackAllThatWasThere) {
     EXPECT_EQ(names(folder), expected) << failing;
     for (const int i : {0, 2}) {
       if (i == failing) continue;
-      EXPECT_EQ(contents(folder / std::to_string(i)), "old " + std::to_string(i));
+      EXPECT_EQ(test::read_file(folder / std::to_string(i)), "old " + std::to_string(i));
     }
   }
 }
@@ -154,7 +147,7 @@ TEST_F(OutputSetTest, AFileThatWasReadIsNotWrittenOverByAnyName) {
   save_image(image, folder_ / "map.png", {ImageFormat::png8});
   fs::create_hard_link(folder_ / "map.png", folder_ / "hard.png");
   fs::create_symlink("map.png", folder_ / "soft.png");
-  const std::string bytes = contents(folder_ / "map.png");
+  const std::string bytes = test::read_file(folder_ / "map.png");
   OutputSet set;
   load_image(folder_ / "soft.png");
   for (const char* name : {"map.png", "hard.png", "soft.png"}) {
@@ -164,7 +157,7 @@ TEST_F(OutputSetTest, AFileThatWasReadIsNotWrittenOverByAnyName) {
   }
   save_image(image, folder_ / "other.png", {ImageFormat::png8});
   set.commit();
-  EXPECT_EQ(contents(folder_ / "map.png"), bytes);
+  EXPECT_EQ(test::read_file(folder_ / "map.png"), bytes);
 }
 
 // The voxels stand in a file that the header names.
@@ -179,7 +172,7 @@ TEST_F(OutputSetTest, AFileNamedInsideAFileCounts) {
     EXPECT_EQ(code_of([&] { save_text(folder_ / name, "report"); }), ErrorCode::usage) << name;
   }
   set.commit();
-  EXPECT_EQ(contents(folder_ / "ramp.raw"), "01234567");
+  EXPECT_EQ(test::read_file(folder_ / "ramp.raw"), "01234567");
 }
 
 // It belongs to the mesh, also where no map needs it.
@@ -190,18 +183,18 @@ TEST_F(OutputSetTest, AMaterialFileThatAMeshNamesCounts) {
   OutputSet set;
   load_mesh(folder_ / "mesh.obj");
   EXPECT_EQ(code_of([&] { save_text(folder_ / "report.json", "{}"); }), ErrorCode::usage);
-  EXPECT_EQ(contents(folder_ / "m.mtl"), "newmtl m\n");
+  EXPECT_EQ(test::read_file(folder_ / "m.mtl"), "newmtl m\n");
 }
 
 TEST_F(OutputSetTest, WhatIsReadAfterAFileOfItsNameWasSavedCounts) {
   std::ofstream(folder_ / "mesh.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-  const std::string bytes = contents(folder_ / "mesh.obj");
+  const std::string bytes = test::read_file(folder_ / "mesh.obj");
   OutputSet set;
   save_text(folder_ / "mesh.obj", "new");
   save_text(folder_ / "other", "new");
   load_mesh(folder_ / "mesh.obj");
   EXPECT_EQ(code_of([&] { set.commit(); }), ErrorCode::usage);
-  EXPECT_EQ(contents(folder_ / "mesh.obj"), bytes);
+  EXPECT_EQ(test::read_file(folder_ / "mesh.obj"), bytes);
   EXPECT_EQ(names(folder_), std::set<std::string>{"mesh.obj"});
 }
 
@@ -214,7 +207,7 @@ TEST_F(OutputSetTest, TwoFilesThatLinksMakeOneAreRefused) {
   EXPECT_EQ(code_of([&] { save_text(folder_ / "b", "b"); }), ErrorCode::usage);
   EXPECT_EQ(code_of([&] { save_text(folder_ / "one", "b"); }), ErrorCode::usage);
   set.commit();
-  EXPECT_EQ(contents(folder_ / "one"), "a again");
+  EXPECT_EQ(test::read_file(folder_ / "one"), "a again");
 }
 
 TEST_F(OutputSetTest, WithoutASetAFileMayBeReadAndReplaced) {
@@ -244,7 +237,7 @@ TEST_F(OutputSetTest, AFolderOfTwoNamesIsOne) {
   save_text(folder_ / "real" / "a", "a");
   save_text(folder_ / "link" / "b", "b");
   set.commit();
-  EXPECT_EQ(contents(folder_ / "real" / "a"), "a");
+  EXPECT_EQ(test::read_file(folder_ / "real" / "a"), "a");
   EXPECT_EQ(names(folder_ / "real"), (std::set<std::string>{"a", "b"}));
 }
 
@@ -264,7 +257,7 @@ TEST_F(OutputSetTest, ALinkToNothingMakesWhatItNames) {
   fs::create_symlink("there/real", folder_ / "link");
   save_text(folder_ / "link", "text");
   EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
-  EXPECT_EQ(contents(folder_ / "there" / "real"), "text");
+  EXPECT_EQ(test::read_file(folder_ / "there" / "real"), "text");
   fs::create_symlink("round", folder_ / "round");
   EXPECT_EQ(code_of([&] { save_text(folder_ / "round", "text"); }), ErrorCode::output);
 }
@@ -285,7 +278,8 @@ TEST_F(OutputSetTest, TheNextRunFinishesWhatAKilledOneBegan) {
   }
   std::ofstream(folder_ / ".kiln-1-4.journal") << text;
   prepare_output_folder(folder_);
-  for (const char* name : {"a", "b", "c"}) EXPECT_EQ(contents(folder_ / name), "new") << name;
+  for (const char* name : {"a", "b", "c"})
+    EXPECT_EQ(test::read_file(folder_ / name), "new") << name;
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b", "c", "outside"}));
 }
 
@@ -296,7 +290,7 @@ TEST_F(OutputSetTest, AFileAloneFinishesItFirst) {
   std::ofstream(folder_ / ".kiln-1-4.journal") << journal;
   save_text(folder_ / "a", "newer");
   prepare_output_folder(folder_);
-  EXPECT_EQ(contents(folder_ / "a"), "newer");
+  EXPECT_EQ(test::read_file(folder_ / "a"), "newer");
   EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
 }
 
@@ -313,7 +307,7 @@ TEST_F(OutputSetTest, WhatAnotherUserLeftIsNotActedOn) {
   ASSERT_TRUE(leave(".kiln-1-3.old", "old"));
   const std::set<std::string> before = names(folder_);
   prepare_output_folder(folder_);
-  EXPECT_EQ(contents(folder_ / "a"), "mine");
+  EXPECT_EQ(test::read_file(folder_ / "a"), "mine");
   EXPECT_EQ(names(folder_), before);
 }
 
@@ -338,7 +332,7 @@ TEST_F(OutputSetTest, AfterAKillAllFilesAreOfOneRun) {
     ASSERT_EQ(waitpid(child, &status, 0), child);
     ++kills;
     std::set<std::string> before;
-    for (int i = 0; i < kFiles; ++i) before.insert(contents(folder_ / std::to_string(i)));
+    for (int i = 0; i < kFiles; ++i) before.insert(test::read_file(folder_ / std::to_string(i)));
     mixed += before.size() > 1 ? 1 : 0;
     {
       OutputSet set;  // finishes, and sweeps
@@ -347,7 +341,7 @@ TEST_F(OutputSetTest, AfterAKillAllFilesAreOfOneRun) {
       set.commit();
     }
     std::set<std::string> after;
-    for (int i = 0; i < kFiles; ++i) after.insert(contents(folder_ / std::to_string(i)));
+    for (int i = 0; i < kFiles; ++i) after.insert(test::read_file(folder_ / std::to_string(i)));
     ASSERT_EQ(after.size(), 1U) << "attempt " << attempt;
     for (const std::string& name : names(folder_)) {
       EXPECT_FALSE(name.ends_with(".journal") || name.ends_with(".old")) << name;
@@ -376,8 +370,8 @@ TEST_F(OutputSetTest, TwoWritersDoNotMix) {
     ASSERT_EQ(waitpid(child, &status, 0), child);
     EXPECT_EQ(status, 0);
   }
-  EXPECT_EQ(contents(folder_ / "a"), contents(folder_ / "b"));
-  EXPECT_EQ(contents(folder_ / "b"), contents(folder_ / "c"));
+  EXPECT_EQ(test::read_file(folder_ / "a"), test::read_file(folder_ / "b"));
+  EXPECT_EQ(test::read_file(folder_ / "b"), test::read_file(folder_ / "c"));
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b", "c"}));
 }
 

@@ -1,6 +1,9 @@
 // KTX 2 and DDS read: blocks by their definitions and against another decoder's bytes, containers written by hand.
 #include <gtest/gtest.h>
 #include <zlib.h>
+#ifdef KILN_HAS_ZSTD
+#include <zstd.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -188,24 +191,34 @@ struct Ktx2 {
   std::uint32_t model = 1, flags = 0;
   std::string keys;
   std::string level;
-  std::uint64_t unpacked = 0;  // 0: as many bytes as the level has
+  std::uint64_t unpacked = 0;          // 0: as many bytes as the level has
+  std::vector<std::string> mips = {};  // The smaller levels, which the file holds before the first
 
   std::string file() const {
     const std::string descriptor =
         little_endian(44, 4) + little_endian(0, 4) + little_endian(2U | 40U << 16U, 4) +
         little_endian(model | 1U << 8U | 1U << 16U | flags << 24U, 4) + std::string(28, '\0');
-    const std::size_t at = 80 + 24;
+    const std::size_t at = 80 + 24 * (1 + mips.size());
     std::string bytes("\xABKTX 20\xBB\r\n\x1A\n", 12);
-    for (const std::uint32_t word : {format, 1U, width, height, 0U, layers, faces, 1U, scheme}) {
+    const auto levels = static_cast<std::uint32_t>(1 + mips.size());
+    for (const std::uint32_t word :
+         {format, 1U, width, height, 0U, layers, faces, levels, scheme}) {
       bytes += little_endian(word, 4);
     }
     bytes += little_endian(at, 4) + little_endian(descriptor.size(), 4);
     bytes += little_endian(at + descriptor.size(), 4) + little_endian(keys.size(), 4);
     bytes += std::string(16, '\0');
-    bytes += little_endian(at + descriptor.size() + keys.size(), 8);
+    std::string smaller;
+    for (auto mip = mips.rbegin(); mip != mips.rend(); ++mip) smaller += *mip;
+    std::size_t end = at + descriptor.size() + keys.size() + smaller.size();
+    bytes += little_endian(end, 8);
     bytes += little_endian(level.size(), 8);
     bytes += little_endian(unpacked != 0 ? unpacked : level.size(), 8);
-    return bytes + descriptor + keys + level;
+    for (const std::string& mip : mips) {
+      end -= mip.size();
+      bytes += little_endian(end, 8) + little_endian(mip.size(), 8) + little_endian(1, 8);
+    }
+    return bytes + descriptor + keys + smaller + level;
   }
   static std::string key(const std::string& name, const std::string& value) {
     std::string entry = name + '\0' + value + '\0';
@@ -279,6 +292,41 @@ TEST(GpuTextureRead, Ktx2IsUnpackedFromZlib) {
   ktx.unpacked = plain.size();
   EXPECT_EQ(read_ktx2(ktx).pixels, image.pixels);
 }
+
+#ifdef KILN_HAS_ZSTD
+/// The first level of a chain is read, whatever the format says of its transfer function.
+TEST(GpuTextureRead, Ktx2IsUnpackedFromZstandard) {
+  const auto pack = [](const std::string& plain) {
+    std::string packed(ZSTD_compressBound(plain.size()), '\0');
+    packed.resize(ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), 3));
+    return packed;
+  };
+  struct Format {
+    std::uint32_t linear, srgb, channels;  // VkFormat
+  };
+  for (const Format& format : {Format{9, 15, 1}, {16, 22, 2}, {23, 29, 3}, {37, 43, 4}}) {
+    const Image image = ramp(16, 8, format.channels);
+    std::string plain;
+    for (const float value : image.pixels) plain += static_cast<char>(std::lround(value * 255));
+    for (const std::uint32_t number : {format.linear, format.srgb}) {
+      for (const std::size_t levels : {std::size_t{1}, std::size_t{5}}) {
+        Ktx2 ktx;
+        ktx.format = number;
+        ktx.width = 16, ktx.height = 8;
+        ktx.scheme = 2;
+        ktx.level = pack(plain);
+        ktx.unpacked = plain.size();
+        for (std::size_t level = 1; level < levels; ++level) {
+          ktx.mips.push_back(pack(std::string(plain.size() >> (2 * level), 'x')));
+        }
+        const Image back = read_ktx2(ktx);
+        EXPECT_EQ(back.channels, format.channels) << number;
+        EXPECT_EQ(back.pixels, image.pixels) << number << ", " << levels;
+      }
+    }
+  }
+}
+#endif
 
 TEST(GpuTextureRead, Ktx2ThatCannotBeReadSaysWhy) {
   const auto refused = [](const Ktx2& ktx, const std::vector<std::string>& words) {

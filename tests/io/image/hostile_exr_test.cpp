@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -14,6 +12,7 @@
 #include "io/image/match_reader.h"
 #include "kiln/image.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -98,13 +97,6 @@ Image read(const std::string& bytes) { return parse_image(*bytes_in_memory(bytes
 std::string refusal(const std::string& bytes) {
   const test::AddressLimit limited;
   return test::refusal(bytes, [](const ByteSource& source) { parse_image(source, "hostile.exr"); });
-}
-
-std::string contents(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 TEST(HostileExr, WhatIsWrittenByHandIsRead) {
@@ -242,7 +234,7 @@ TEST(HostileExr, CutShortAnywhere) {
     image.pixels[i] = static_cast<float>(i * 7 % 31);
   }
   save_image(image, path);
-  files.push_back(contents(path));
+  files.push_back(test::read_file(path));
   for (const std::string& whole : files) {
     read(whole);
     for (std::size_t length = 0; length < whole.size(); length += length < 700 ? 1 : 7) {
@@ -260,7 +252,7 @@ TEST(HostileMatch, CutShortOrWithTooManySamples) {
   match.triangle.resize(16);
   match.u.resize(16), match.v.resize(16), match.distance.resize(16), match.status.resize(16);
   save_match(match, path);
-  const std::string whole = contents(path);
+  const std::string whole = test::read_file(path);
   const auto refused = [](const std::string& bytes, std::uint64_t most) {
     const test::AddressLimit limited;
     return test::refusal(

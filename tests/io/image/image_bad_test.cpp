@@ -14,12 +14,12 @@
 #include "io/image/image_samples.h"
 #include "kiln/image.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-using test::contents;
 using test::kFormats;
 using test::noise;
 
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, DamagedImages, testing::ValuesIn(kFormats), fo
 TEST_P(DamagedImages, TruncatedAnywhereAreErrors) {
   const Image image = noise(37, 70, 3, 2);
   save_image(image, path_, {.format = GetParam()});
-  const std::string whole = contents(path_);
+  const std::string whole = test::read_file(path_);
   for (std::size_t length = 0; length < whole.size();
        length += length < 600 ? 1 : whole.size() / 150 + 1) {
     EXPECT_FALSE(try_load(whole.substr(0, length))) << length << " of " << whole.size();
@@ -137,7 +137,7 @@ TEST_P(DamagedImages, TruncatedAnywhereAreErrors) {
 
 TEST_P(DamagedImages, FlippedBytesNeverCrash) {
   save_image(noise(23, 40, 3, 3), path_, {.format = GetParam()});
-  const std::string whole = contents(path_);
+  const std::string whole = test::read_file(path_);
   std::mt19937 random(11);
   int refused = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -157,7 +157,7 @@ TEST_P(DamagedImages, FlippedBytesNeverCrash) {
 // One large word at every place of the header: sizes, counts, types.
 TEST_P(DamagedImages, HugeNumbersInTheHeaderTakeNoMemory) {
   save_image(noise(23, 40, 3, 3), path_, {.format = GetParam()});
-  const std::string whole = contents(path_);
+  const std::string whole = test::read_file(path_);
   rusage before{};
   getrusage(RUSAGE_SELF, &before);
   for (const char* word :
@@ -176,7 +176,7 @@ TEST_P(DamagedImages, HugeNumbersInTheHeaderTakeNoMemory) {
 TEST(ImageIo, AHeaderThatPromisesTooMuchIsRefused) {
   const fs::path path = test::scratch_folder() / "image.png";
   save_image(noise(8, 8, 3, 1), path, {.format = ImageFormat::png16});
-  std::string bytes = contents(path);
+  std::string bytes = test::read_file(path);
   // Width and height of 60000, with the right checksum.
   for (const std::size_t at : {std::size_t{16}, std::size_t{20}}) {
     bytes.replace(at, 4, std::string("\x00\x00\xea\x60", 4));

@@ -13,12 +13,12 @@
 #include "io/image/image_samples.h"
 #include "kiln/image.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-using test::contents;
 using test::kFormats;
 using test::noise;
 
@@ -144,10 +144,10 @@ TEST(ImageIo, SameBytesOnEveryRunAndNumberOfThreads) {
   const Image image = noise(700, 400, 3, 5);
   for (const ImageFormat format : kFormats) {
     save_image(image, folder / "a", {.format = format, .threads = 1});
-    const std::string first = contents(folder / "a");
+    const std::string first = test::read_file(folder / "a");
     for (const int threads : {0, 1, 7}) {
       save_image(image, folder / "a", {.format = format, .threads = threads});
-      EXPECT_EQ(contents(folder / "a"), first) << threads;
+      EXPECT_EQ(test::read_file(folder / "a"), first) << threads;
     }
   }
 }
@@ -155,7 +155,7 @@ TEST(ImageIo, SameBytesOnEveryRunAndNumberOfThreads) {
 TEST(ImageIo, PngHasNoChunksButTheNecessary) {
   const fs::path path = test::scratch_folder() / "image.png";
   save_image(noise(300, 300, 3, 1), path, {.format = ImageFormat::png16});
-  const std::string bytes = contents(path);
+  const std::string bytes = test::read_file(path);
   std::string kinds;
   for (std::size_t at = 8; at + 8 <= bytes.size();) {
     std::size_t length = 0;

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <random>
 #include <string>
@@ -14,16 +13,12 @@
 #include "io/image/stored_error.h"
 #include "kiln/image.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 Image noise(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
   Image image{width, height, channels, {}};
@@ -67,7 +62,7 @@ TEST(ImageRows, AreTheBytesOfTheWholeImage) {
       const fs::path whole = folder / ("whole" + extension),
                      divided = folder / ("rows" + extension);
       save_image(image, whole, options);
-      const std::string expected = bytes_of(whole);
+      const std::string expected = test::read_file(whole);
       for (const std::uint32_t step : {1U, 7U, 48U, 64U, 1000U, 5000U}) {
         if (step == 1 && height > 600) continue;
         fs::remove(divided);
@@ -78,7 +73,7 @@ TEST(ImageRows, AreTheBytesOfTheWholeImage) {
         }
         EXPECT_FALSE(fs::exists(divided)) << "not before it is whole";
         rows->commit();
-        EXPECT_TRUE(bytes_of(divided) == expected)
+        EXPECT_TRUE(test::read_file(divided) == expected)
             << extension << ' ' << width << " x " << height << " in steps of " << step;
       }
     }

@@ -5,22 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string>
 
 #include "kiln/image_data.h"
 #include "kiln/image_format.h"
 
 namespace kiln::test {
-
-inline std::string contents(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 inline Image noise(std::uint32_t width, std::uint32_t height, std::uint32_t channels,
                    unsigned seed) {

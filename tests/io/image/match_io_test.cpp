@@ -12,7 +12,6 @@
 #include <limits>
 #include <map>
 #include <random>
-#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -21,6 +20,7 @@
 #include "kiln/match.h"
 #include "shared/match.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 namespace kiln {
 namespace {
@@ -71,13 +71,6 @@ std::string input_error(const fs::path& path) {
   return {};
 }
 
-std::string contents(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 TEST(MatchIo, ComesBackAsItWas) {
   const fs::path path = test::scratch_folder() / "match.exr";
   for (const auto& [width, height] : {std::pair{1U, 1U}, std::pair{1U, 40U}, std::pair{65U, 33U}}) {
@@ -85,9 +78,9 @@ TEST(MatchIo, ComesBackAsItWas) {
       const Match match = make_match(width, height, samples);
       save_match(match, path);
       expect_equal(match, load_match(path));
-      const std::string bytes = contents(path);
+      const std::string bytes = test::read_file(path);
       save_match(match, path);
-      EXPECT_EQ(contents(path), bytes);
+      EXPECT_EQ(test::read_file(path), bytes);
     }
   }
 }
@@ -185,7 +178,7 @@ TEST(MatchIo, OtherFilesAreRefused) {
 TEST(MatchIo, DamagedFilesNeverCrash) {
   const fs::path path = test::scratch_folder() / "match.exr";
   save_match(make_match(20, 20, 2), path);
-  const std::string whole = contents(path);
+  const std::string whole = test::read_file(path);
   std::mt19937 random(1);
   int refused = 0;
   for (int i = 0; i < 1200; ++i) {

@@ -14,6 +14,7 @@
 #include "io/image/picture.h"
 #include "kiln/image.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 
 #ifdef KILN_HAS_JPEG
 #include <jpeglib.h>
@@ -277,7 +278,7 @@ std::string tiff(const TiffKind& kind, std::string pixels) {
     }
   }
   TIFFClose(file);
-  return test::contents(path);
+  return test::read_file(path);
 }
 
 template <typename T>

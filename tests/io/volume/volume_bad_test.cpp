@@ -4,11 +4,11 @@
 
 #include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "io/volume/volume_reader.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/volume_check.h"
 #include "support/volume_files.h"
 
@@ -387,9 +387,7 @@ TEST(BadVolume, HardCasesGiveAVolumeOrAnError) {
         std::pair{"nii", VolumeFormat::nifti}}) {
     for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / name)) {
       SCOPED_TRACE(entry.path());
-      std::stringstream content;
-      content << std::ifstream(entry.path(), std::ios::binary).rdbuf();
-      const std::string bytes = content.str();
+      const std::string bytes = test::read_file(entry.path());
       const auto source = bytes_in_memory(bytes);
       try {
         const VolumeInput input{entry.path().string(), source.get(), nullptr, {}};

@@ -11,6 +11,7 @@
 
 #include "kiln/volume.h"
 #include "support/environment.h"
+#include "support/read_file.h"
 #include "support/volume_check.h"
 
 namespace kiln {
@@ -144,11 +145,6 @@ TEST(VolumeVdb, RefusesWhatItCannotUse) {
   EXPECT_NE(message.find("does not begin as an OpenVDB file"), std::string::npos) << message;
 }
 
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 fs::path write_bytes(const std::string& name, const std::string& bytes) {
   const fs::path path = test::scratch_folder() / name;
   std::ofstream(path, std::ios::binary) << bytes;
@@ -206,7 +202,7 @@ TEST(VolumeVdb, RefusesATruncatedFileAndARootBeyondIt) {
   openvdb::initialize();
   const auto grid = openvdb::FloatGrid::create(0.5f);
   grid->tree().setValue({0, 0, 0}, 1);
-  const std::string whole = bytes_of(write("whole.vdb", {grid}));
+  const std::string whole = test::read_file(write("whole.vdb", {grid}));
   EXPECT_EQ(error_of(write_bytes("same.vdb", whole)), "");
   for (const std::size_t size : {whole.size() - 1, whole.size() / 2, std::size_t{200}}) {
     const std::string message = error_of(write_bytes("cut.vdb", whole.substr(0, size)));
