@@ -135,7 +135,7 @@ Mesh read_binary(const MeshInput& input) {
     input.warn("trailing-bytes",
                counted(extra_bytes, "byte") + " after the last triangle " +
                    (extra_bytes == 1 ? "was ignored." : "were ignored."),
-               extra);
+               extra_bytes);
   }
   MeshBuilder builder(input);
   CornerWelder<MeshBuilder::Position> welder(builder.positions, count / 2);
