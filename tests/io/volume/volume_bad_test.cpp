@@ -236,7 +236,7 @@ TEST(BadVolume, NrrdDetachedData) {
   bad(header + "data file: short.raw\nbyte skip: 8\n", {"8 bytes", "have 7"});
   bad(header + "data file: short.raw\nbyte skip: -2\n", {"\"-2\""});
   bad(header + "data file: .\n", {"directory"});
-  bad(with(header, "raw", "gzip") + "data file: short.raw\nbyte skip: -1\n", {"raw encoding only"});
+  bad(with(header, "raw", "gzip") + "data file: short.raw\nbyte skip: -1\n", {"only valid for raw encoding"});
 }
 
 // ---- MetaImage ----------------------------------------------------------------------------------
@@ -280,7 +280,7 @@ TEST(BadVolume, MetaImage) {
   expect_bad_meta("ElementType", "HeaderSize = -7\nElementType", {"\"-7\""});
   expect_bad_meta("ElementType", "CompressedData = True\nElementType", {"damaged"});
   expect_bad_meta("ElementType", "CompressedData = True\nHeaderSize = -1\nElementType",
-                  {"uncompressed data only"});
+                  {"only valid for uncompressed data"});
   expect_bad_meta("BinaryData = True", "BinaryData = False\nCompressedData = True",
                   {"text cannot be compressed"});
   const std::string four =
