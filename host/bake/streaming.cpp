@@ -60,7 +60,6 @@ Message streaming_obstacle(const BakeOptions& options) {
   if (options.match.fallback_blend > 0) return needs(option("match.fallback_blend"));
   if (options.report.keep_match) return needs(option("report.keep_match"));
   if (options.report.vertex_coverage) return needs(option("report.vertex_coverage"));
-  if (options.report.errors) return needs(option("report.errors"));
   return {};
 }
 
