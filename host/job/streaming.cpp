@@ -55,8 +55,9 @@ bool chooses_asset_maps(const Job& job) {
 /// Explains which option of the job needs the whole high poly in memory; empty if none does.
 Message find_streaming_obstacle(const LargeFile& high, const Job& job, const BakeOptions& options,
                                 const RunHooks& hooks) {
-  if (job.low.given.empty() && (plans_low_poly(job) || !deviation_bound(job).empty())) {
-    return explain_error_bound_need("give LOW, or " + option("faces"));
+  if (job.low.given.empty() && plans_low_poly(job)) {
+    return "planning a LOW by rendered errors needs the whole high poly in memory: give LOW, " +
+           option("faces") + ", or a largest deviation (" + option("max_error", "0.2%") + ").";
   }
   if (!asset_file(job).empty() && high.has_pictures) {
     return Message("its pictures need the whole high poly in memory: name a folder for ") +
@@ -94,10 +95,6 @@ Message find_streaming_obstacle(const LargeFile& high, const Job& job, const Bak
 
 Message explain_whole_mesh_need(const Message& what) {
   return what + " needs the whole high poly in memory: leave it out.";
-}
-
-Message explain_error_bound_need(const Message& remedy) {
-  return "a LOW within an error needs the whole high poly in memory: " + remedy + ".";
 }
 
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes) {

@@ -31,9 +31,6 @@ inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
 /// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
 Message explain_whole_mesh_need(const Message& what);
-/// As explain_whole_mesh_need(), for a low poly that is made within an error bound. \param remedy names the options to
-/// give instead
-Message explain_error_bound_need(const Message& remedy);
 /// explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share; empty if none
 /// is given.
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes);
