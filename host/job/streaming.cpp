@@ -2,12 +2,11 @@
 #include "bake/streaming.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 
+#include "asset/obj_stream.h"
 #include "asset/ply_stream.h"
 #include "asset/stl_stream.h"
 #include "base/memory.h"
@@ -38,13 +37,16 @@ LargeFile examine(const std::string& path) {
     return {layout.triangles, false, false, std::move(layout.obstacle)};
   }
   if (extension == ".obj") {
-    // Bytes of a triangle with its part of the vertices, UVs and normals. Most files have fewer
-    constexpr std::uint64_t kObjBytesPerTriangle = 150;
-    std::error_code error;
-    const std::uint64_t bytes = std::filesystem::file_size(path, error);
-    if (!error) return {bytes / kObjBytesPerTriangle, false, false, "is an OBJ"};
+    ObjLayout layout = obj_layout(path);
+    return {layout.triangles, layout.has_normals, layout.has_pictures, std::move(layout.obstacle)};
   }
   return {};
+}
+
+[[noreturn]] void refuse(const std::string& path, const Message& obstacle) {
+  throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
+                        " Or raise the " + option("memory_limit") + ".",
+                    ErrorCode::usage, "larger-than-memory");
 }
 
 /// True if the job leaves the maps of its asset to Kiln.
@@ -109,7 +111,7 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 }
 
 std::shared_ptr<const MeshStream> open_larger_than_memory(
-    const std::string& path, const MemoryNeed& need,
+    const std::string& path, const MemoryNeed& need, const StreamedReading& reading,
     const std::function<Message(const LargeFile& high)>& find_obstacle) {
   const LargeFile layout = examine(path);
   if (layout.triangles == 0 ||
@@ -123,11 +125,16 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
   }
   if (!obstacle.empty()) {
     if (memory_fits(layout.triangles * need.min_bytes_per_triangle)) return nullptr;
-    throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
-                          " Or raise the " + option("memory_limit") + ".",
-                      ErrorCode::usage, "larger-than-memory");
+    refuse(path, obstacle);
   }
-  return lower_extension(path) == ".stl" ? stream_stl(path, chunk_folder()) : stream_ply(path);
+  const std::string extension = lower_extension(path);
+  if (extension == ".stl") return stream_stl(path, chunk_folder());
+  if (extension != ".obj") return stream_ply(path);
+  std::shared_ptr<const MeshStream> obj =
+      stream_obj(path, chunk_folder(), {reading.triangulation, reading.keep_hulls});
+  obstacle = find_obstacle({obj->triangle_count(), obj->has_normals(), obj->has_pictures(), {}});
+  if (!obstacle.empty()) refuse(path, obstacle);
+  return obj;
 }
 
 std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
@@ -140,7 +147,7 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   ProgressGuard progress_guard(
       [&](double, std::string_view stage) { return log.report_progress(0, stage); });
   std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
-      path, need,
+      path, need, {job.load.triangulation, job.keep_hulls},
       [&](const LargeFile& high) { return find_streaming_obstacle(high, job, options, hooks); });
   if (streamed != nullptr) log.progress(0, "reading " + path);
   return streamed;
