@@ -40,22 +40,21 @@ using test::ply_of;
 using test::put;
 using test::save_ply;
 
-void paint(Mesh &mesh) {
+void paint(Mesh& mesh) {
   std::mt19937 random(7);
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     const auto bits = random();
-    mesh.colors.push_back({static_cast<std::uint8_t>(bits),
-                           static_cast<std::uint8_t>(bits >> 8U),
+    mesh.colors.push_back({static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8U),
                            static_cast<std::uint8_t>(bits >> 16U), 255});
   }
 }
 
 /// Appends a mesh, moved.
-void add(Mesh &to, const Mesh &other, const Vec3 &by) {
+void add(Mesh& to, const Mesh& other, const Vec3& by) {
   const auto first = static_cast<std::uint32_t>(to.positions.size());
-  for (const Vec3 &p : other.positions)
+  for (const Vec3& p : other.positions)
     to.positions.push_back({p.x + by.x, p.y + by.y, p.z + by.z});
-  for (const Triangle &t : other.triangles) {
+  for (const Triangle& t : other.triangles) {
     to.triangles.push_back({first + t[0], first + t[1], first + t[2]});
   }
 }
@@ -68,18 +67,16 @@ Mesh sheets() {
   sheet.normals.clear();
   Mesh turned = sheet;
   std::reverse(turned.triangles.begin(), turned.triangles.end());
-  for (Triangle &t : turned.triangles)
-    t = {t[1], t[2], t[0]};
+  for (Triangle& t : turned.triangles) t = {t[1], t[2], t[0]};
   add(mesh, sheet, {0, 0, 0.01F});
   add(mesh, turned, {0, 0, 0.01F});
   add(mesh, sheet, {0, 0, -0.01F});
   add(mesh, turned, {0.01F, 0, 0.012F});
-  for (Triangle t :
-       sheet.triangles) { // the backs of the first sheet, on its own vertices
+  for (Triangle t : sheet.triangles) {  // the backs of the first sheet, on its own vertices
     std::swap(t[0], t[1]);
     mesh.triangles.push_back(t);
   }
-  mesh.triangles.push_back({0, 0, 1}); // no area
+  mesh.triangles.push_back({0, 0, 1});  // no area
   return mesh;
 }
 
@@ -87,25 +84,21 @@ BakeOptions options_for(std::uint32_t size, bool colors) {
   BakeOptions options;
   options.width = options.height = size;
   options.maps = {MapKind::normal};
-  for (const char *const name :
-       {"normal_object", "height", "position", "distance", "displacement",
-        "slope", "wireframe", "provenance", "mask"}) {
+  for (const char* const name : {"normal_object", "height", "position", "distance", "displacement",
+                                 "slope", "wireframe", "provenance", "mask"}) {
     options.maps.push_back(find_map(name).kind);
   }
-  if (colors)
-    options.maps.push_back(find_map("vertex_color").kind);
+  if (colors) options.maps.push_back(find_map("vertex_color").kind);
   options.report.recall = 0;
   return options;
 }
 
-void expect_same(const BakeResult &expected, const BakeResult &result,
-                 const std::string &what) {
+void expect_same(const BakeResult& expected, const BakeResult& result, const std::string& what) {
   ASSERT_EQ(expected.maps.size(), result.maps.size()) << what;
   EXPECT_EQ(expected.coverage, result.coverage) << what;
   EXPECT_EQ(expected.report.missed, result.report.missed) << what;
   EXPECT_EQ(expected.report.samples, result.report.samples) << what;
-  EXPECT_EQ(expected.report.mean_abs_distance, result.report.mean_abs_distance)
-      << what;
+  EXPECT_EQ(expected.report.mean_abs_distance, result.report.mean_abs_distance) << what;
   ASSERT_EQ(expected.report.errors.size(), result.report.errors.size()) << what;
   for (std::size_t e = 0; e < result.report.errors.size(); ++e) {
     const MapError &a = expected.report.errors[e], &b = result.report.errors[e];
@@ -117,58 +110,48 @@ void expect_same(const BakeResult &expected, const BakeResult &result,
     EXPECT_EQ(a.max, b.max) << what << ", " << a.kind.name;
   }
   for (std::size_t m = 0; m < expected.maps.size(); ++m) {
-    const std::vector<float> &a = expected.maps[m].image.pixels,
-                             &b = result.maps[m].image.pixels;
+    const std::vector<float>&a = expected.maps[m].image.pixels, &b = result.maps[m].image.pixels;
     ASSERT_EQ(a.size(), b.size()) << what;
     EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0)
         << what << ", " << expected.maps[m].kind.name;
-    ASSERT_EQ(expected.maps[m].ranges.size(), result.maps[m].ranges.size())
-        << what;
+    ASSERT_EQ(expected.maps[m].ranges.size(), result.maps[m].ranges.size()) << what;
     for (std::size_t c = 0; c < result.maps[m].ranges.size(); ++c) {
-      EXPECT_EQ(expected.maps[m].ranges[c].low, result.maps[m].ranges[c].low)
-          << what;
-      EXPECT_EQ(expected.maps[m].ranges[c].high, result.maps[m].ranges[c].high)
-          << what;
+      EXPECT_EQ(expected.maps[m].ranges[c].low, result.maps[m].ranges[c].low) << what;
+      EXPECT_EQ(expected.maps[m].ranges[c].high, result.maps[m].ranges[c].high) << what;
     }
   }
 }
 
 /// Bakes from a file in one piece, and in chunks of several sizes.
-void expect_same_for_chunks(const Mesh &high, const Mesh &low,
-                            const std::vector<BakeOptions> &all_options,
-                            const std::vector<std::size_t> &sizes) {
+void expect_same_for_chunks(const Mesh& high, const Mesh& low,
+                            const std::vector<BakeOptions>& all_options,
+                            const std::vector<std::size_t>& sizes) {
   const fs::path folder = test::scratch_folder();
   const fs::path file = save_ply(high, folder);
   const Source whole(*test::device(), load_mesh(file));
   std::vector<BakeResult> expected;
-  for (const BakeOptions &options : all_options)
-    expected.push_back(bake(whole, low, options));
+  for (const BakeOptions& options : all_options) expected.push_back(bake(whole, low, options));
   for (const std::size_t size : sizes) {
     const auto chunks = std::make_shared<const ChunkedMesh>(
-        stream_ply(file),
-        ChunkOptions{.triangles = size, .folder = folder / "chunks"});
+        stream_ply(file), ChunkOptions{.triangles = size, .folder = folder / "chunks"});
     EXPECT_GE(chunks->size() * size,
               high.triangles.size() - chunks->summary().unsearchable_triangles);
     const Source source = streamed_source(*test::device(), chunks);
     EXPECT_EQ(source.stats().triangles, whole.stats().triangles);
-    EXPECT_EQ(source.stats().skipped_triangles,
-              whole.stats().skipped_triangles);
+    EXPECT_EQ(source.stats().skipped_triangles, whole.stats().skipped_triangles);
     EXPECT_EQ(source.stats().diagonal, whole.stats().diagonal);
     for (std::size_t o = 0; o < all_options.size(); ++o) {
       expect_same(expected[o], bake(source, low, all_options[o]),
-                  std::to_string(size) + " triangles a chunk, options " +
-                      std::to_string(o));
+                  std::to_string(size) + " triangles a chunk, options " + std::to_string(o));
     }
   }
 }
 
 /// Rays by either rule, nearest points, and rays with nearest points as their
 /// fallback.
-std::vector<BakeOptions> matches(std::uint32_t size, bool colors,
-                                 double distance) {
+std::vector<BakeOptions> matches(std::uint32_t size, bool colors, double distance) {
   std::vector<BakeOptions> all(5, options_for(size, colors));
-  for (BakeOptions &options : all)
-    options.match.max_distance = Length::absolute(distance);
+  for (BakeOptions& options : all) options.match.max_distance = Length::absolute(distance);
   all[1].match.ray.rule = RayRule::nearest;
   all[1].match.two_sided = true;
   all[2].match.method = find_match("closest").method;
@@ -184,10 +167,9 @@ TEST(Streaming, MapsOfASmoothMeshAreTheSameForAllChunks) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::BumpySphere::dense(6000);
   paint(high);
-  expect_same_for_chunks(high, test::BumpySphere::light(),
-                         matches(128, true, 0.15),
-                         {high.triangles.size(), high.triangles.size() / 2 + 1,
-                          high.triangles.size() / 7, 100});
+  expect_same_for_chunks(
+      high, test::BumpySphere::light(), matches(128, true, 0.15),
+      {high.triangles.size(), high.triangles.size() / 2 + 1, high.triangles.size() / 7, 100});
 }
 
 // As in an STL: normals are smooth over vertices that lie in one place.
@@ -195,14 +177,12 @@ TEST(Streaming, NormalsAreSmoothOverSplitVertices) {
   KILN_REQUIRE_DEVICE();
   const Mesh whole = test::BumpySphere::dense(2000);
   Mesh high;
-  for (const Triangle &t : whole.triangles) {
+  for (const Triangle& t : whole.triangles) {
     const auto first = static_cast<std::uint32_t>(high.positions.size());
-    for (const std::uint32_t v : t)
-      high.positions.push_back(whole.positions[v]);
+    for (const std::uint32_t v : t) high.positions.push_back(whole.positions[v]);
     high.triangles.push_back({first, first + 1, first + 2});
   }
-  expect_same_for_chunks(high, test::BumpySphere::light(),
-                         {options_for(64, false)}, {300});
+  expect_same_for_chunks(high, test::BumpySphere::light(), {options_for(64, false)}, {300});
 }
 
 // Where a chunk has many more triangles than samples, those near the samples
@@ -210,21 +190,18 @@ TEST(Streaming, NormalsAreSmoothOverSplitVertices) {
 TEST(Streaming, MapsOfFewSamplesAreTheSameForAllChunks) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(30000);
-  expect_same_for_chunks(high, test::BumpySphere::light(),
-                         matches(16, false, 0.15),
+  expect_same_for_chunks(high, test::BumpySphere::light(), matches(16, false, 0.15),
                          {high.triangles.size(), 12000});
-  expect_same_for_chunks(test::BumpyTorus::dense(30000),
-                         test::plane(1, 1, 3, 3), {options_for(16, false)},
-                         {20000});
+  expect_same_for_chunks(test::BumpyTorus::dense(30000), test::plane(1, 1, 3, 3),
+                         {options_for(16, false)}, {20000});
 }
 
 TEST(Streaming, MapsOfAMeshWithNormalsAreTheSameForAllChunks) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::BumpyTorus::dense(5000, true);
-  high.normals[17] = {}; // is computed from the faces around
+  high.normals[17] = {};  // is computed from the faces around
   high.normals[1000] = {0, 3, 4};
-  expect_same_for_chunks(high, test::torus(40, 20), matches(128, false, 0.15),
-                         {3000, 700, 64});
+  expect_same_for_chunks(high, test::torus(40, 20), matches(128, false, 0.15), {3000, 700, 64});
 }
 
 TEST(Streaming, TiesOfSheetsAreDecidedAsInOnePiece) {
@@ -240,19 +217,16 @@ TEST(Streaming, TiesOfSheetsAreDecidedAsInOnePiece) {
 TEST(Streaming, TriangleSoupIsTheSameForOneTriangleAChunk) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::random_soup(300, 3, 0.4);
-  expect_same_for_chunks(high, test::cube(1.5), matches(64, false, 0.4),
-                         {1, 2, 7, 100});
+  expect_same_for_chunks(high, test::cube(1.5), matches(64, false, 0.4), {1, 2, 7, 100});
 }
 
 TEST(Streaming, OpenSheetsAndHardEdgesSearchAsInOnePiece) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::icosphere(4, 0.5);
-  BakeOptions far =
-      options_for(96, false); // no distance: open sheets of LOW search farther
+  BakeOptions far = options_for(96, false);  // no distance: open sheets of LOW search farther
   expect_same_for_chunks(high, test::plane(1, 1), {far}, {200});
   high = test::icosphere(4, 0.6);
-  expect_same_for_chunks(high, test::cube(0.8),
-                         {far, matches(96, false, 0.3)[0]}, {200, 1000});
+  expect_same_for_chunks(high, test::cube(0.8), {far, matches(96, false, 0.3)[0]}, {200, 1000});
 }
 
 /// Finer samples are matched like those of the maps.
@@ -261,13 +235,11 @@ TEST(Streaming, MeasuredErrorsAreTheSameForAllChunks) {
   Mesh high = test::BumpySphere::dense(6000);
   paint(high);
   std::vector<BakeOptions> all = matches(64, true, 0.15);
-  all.push_back(all[3]); // samples that miss, several a texel
+  all.push_back(all[3]);  // samples that miss, several a texel
   all.back().samples = 2;
-  for (BakeOptions &options : all)
-    options.report.errors = true;
-  expect_same_for_chunks(
-      high, test::BumpySphere::light(), all,
-      {high.triangles.size(), high.triangles.size() / 7, 100});
+  for (BakeOptions& options : all) options.report.errors = true;
+  expect_same_for_chunks(high, test::BumpySphere::light(), all,
+                         {high.triangles.size(), high.triangles.size() / 7, 100});
   // 16 times as many samples are several bands
   BakeOptions large = options_for(512, false);
   large.report.errors = true;
@@ -282,16 +254,14 @@ TEST(Streaming, MeasuringErrorsReadsEachChunkOnce) {
   const fs::path folder = test::scratch_folder();
   const fs::path file = save_ply(test::BumpySphere::dense(2000), folder);
   const Source source = streamed_source(
-      *test::device(),
-      std::make_shared<const ChunkedMesh>(
-          stream_ply(file), ChunkOptions{.triangles = 700, .folder = folder}));
+      *test::device(), std::make_shared<const ChunkedMesh>(
+                           stream_ply(file), ChunkOptions{.triangles = 700, .folder = folder}));
   BakeOptions options = options_for(512, false);
-  options.match.ray.rule = RayRule::nearest; // one search a band
+  options.match.ray.rule = RayRule::nearest;  // one search a band
   std::size_t chunks = 0;
   std::string last;
   options.progress = [&](double, std::string_view stage) {
-    if (stage.starts_with("matching chunk") && stage != last)
-      ++chunks;
+    if (stage.starts_with("matching chunk") && stage != last) ++chunks;
     last = stage;
     return true;
   };
@@ -313,8 +283,7 @@ TEST(Streaming, TheFileIsReusedUntilTheMeshChanges) {
     return ChunkedMesh(stream_ply(file), {.triangles = size, .folder = cache});
   };
   const auto files = [&] {
-    return std::distance(fs::directory_iterator(cache),
-                         fs::directory_iterator());
+    return std::distance(fs::directory_iterator(cache), fs::directory_iterator());
   };
   EXPECT_FALSE(open().was_sorted_before());
   EXPECT_TRUE(open().was_sorted_before());
@@ -323,8 +292,7 @@ TEST(Streaming, TheFileIsReusedUntilTheMeshChanges) {
   // The same size, another place.
   high.positions[0].x += 0.125F;
   save_ply(high, folder);
-  fs::last_write_time(file, fs::file_time_type::clock::now() +
-                                std::chrono::seconds(5));
+  fs::last_write_time(file, fs::file_time_type::clock::now() + std::chrono::seconds(5));
   EXPECT_FALSE(open().was_sorted_before());
   EXPECT_EQ(files(), 3);
 
@@ -332,8 +300,7 @@ TEST(Streaming, TheFileIsReusedUntilTheMeshChanges) {
   // younger ones stay.
   const auto now = fs::file_time_type::clock::now();
   std::vector<fs::path> all;
-  for (const auto &entry : fs::directory_iterator(cache))
-    all.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(cache)) all.push_back(entry.path());
   fs::last_write_time(all[0], now - std::chrono::hours(24 * 31));
   fs::last_write_time(all[1], now - std::chrono::hours(24 * 29));
   open(30);
@@ -346,8 +313,7 @@ TEST(Streaming, ADamagedFileIsWrittenAnew) {
   const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
   const fs::path file = save_ply(test::BumpySphere::dense(500), folder);
   const auto open = [&] {
-    return ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache})
-        .was_sorted_before();
+    return ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache}).was_sorted_before();
   };
   EXPECT_FALSE(open());
   const fs::path chunks = fs::directory_iterator(cache)->path();
@@ -356,8 +322,7 @@ TEST(Streaming, ADamagedFileIsWrittenAnew) {
   EXPECT_FALSE(open());
   EXPECT_TRUE(open());
   {
-    std::fstream change(chunks,
-                        std::ios::binary | std::ios::in | std::ios::out);
+    std::fstream change(chunks, std::ios::binary | std::ios::in | std::ios::out);
     change.seekp(static_cast<std::streamoff>(size - 80));
     change.put('!');
   }
@@ -374,9 +339,7 @@ TEST(Streaming, CancellingLeavesNoFile) {
       stages.emplace_back(stage);
       return stage.find("into") == std::string_view::npos;
     });
-    EXPECT_THROW(
-        ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache}),
-        Cancelled);
+    EXPECT_THROW(ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache}), Cancelled);
   }
   EXPECT_EQ(stages.back(), "sorting the high poly into 6 chunks");
   EXPECT_TRUE(fs::is_empty(cache));
@@ -387,14 +350,12 @@ TEST(Streaming, ProgressNamesTheChunkAndCancels) {
   const fs::path folder = test::scratch_folder();
   const fs::path file = save_ply(test::BumpySphere::dense(2000), folder);
   const Source source = streamed_source(
-      *test::device(),
-      std::make_shared<const ChunkedMesh>(
-          stream_ply(file), ChunkOptions{.triangles = 300, .folder = folder}));
+      *test::device(), std::make_shared<const ChunkedMesh>(
+                           stream_ply(file), ChunkOptions{.triangles = 300, .folder = folder}));
   BakeOptions options = options_for(64, false);
   std::vector<std::string> chunks;
   options.progress = [&](double, std::string_view stage) {
-    if (stage.starts_with("matching chunk"))
-      chunks.emplace_back(stage);
+    if (stage.starts_with("matching chunk")) chunks.emplace_back(stage);
     return chunks.size() < 3;
   };
   EXPECT_TRUE(bake(source, test::BumpySphere::light(), options).cancelled);
@@ -405,16 +366,13 @@ TEST(Streaming, ProgressNamesTheChunkAndCancels) {
 TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   BakeOptions options = options_for(64, false);
   EXPECT_TRUE(streaming_obstacle(options).empty());
-  options.maps = {MapKind::normal, find_map("ao").kind,
-                  find_map("curvature").kind};
-  EXPECT_NE(
-      streaming_obstacle(options).text().find("the maps ao and curvature need"),
-      std::string::npos);
+  options.maps = {MapKind::normal, find_map("ao").kind, find_map("curvature").kind};
+  EXPECT_NE(streaming_obstacle(options).text().find("the maps ao and curvature need"),
+            std::string::npos);
   options = options_for(64, false);
   options.match.method = find_match("views").method;
-  EXPECT_NE(
-      streaming_obstacle(options).text().find("match by ray, closest or axis"),
-      std::string::npos);
+  EXPECT_NE(streaming_obstacle(options).text().find("match by ray, closest or axis"),
+            std::string::npos);
   options = options_for(64, false);
   options.match.fallback = {find_match("uv").method};
   EXPECT_FALSE(streaming_obstacle(options).empty());
@@ -425,8 +383,7 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   options.maps.push_back(find_map("color").kind);
   EXPECT_TRUE(streaming_obstacle(options).empty());
   options.color.emplace();
-  EXPECT_NE(streaming_obstacle(options).text().find(
-                "a picture of the high poly needs"),
+  EXPECT_NE(streaming_obstacle(options).text().find("a picture of the high poly needs"),
             std::string::npos);
 }
 
@@ -449,12 +406,12 @@ TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
                      "\nproperty list uchar int vertex_indices\nend_header\n";
   for (std::size_t v = 0; v < count; ++v) {
     mesh.colors[v][3] = static_cast<std::uint8_t>(40 * v);
-    const MeshStream::Color &c = mesh.colors[v];
+    const MeshStream::Color& c = mesh.colors[v];
     text += {static_cast<char>(c[3]), static_cast<char>(c[2])};
     put(text, mesh.positions[v]);
     text += {static_cast<char>(c[0]), static_cast<char>(c[1])};
   }
-  for (const Triangle &t : mesh.triangles) {
+  for (const Triangle& t : mesh.triangles) {
     text.push_back(3);
     put(text, t);
   }
@@ -464,19 +421,18 @@ TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
   EXPECT_EQ(colors, mesh.colors);
   std::vector<Vec3> positions(count);
   stream->read_positions(0, positions);
-  for (std::size_t v = 0; v < count; ++v)
-    EXPECT_EQ(positions[v].z, mesh.positions[v].z);
+  for (std::size_t v = 0; v < count; ++v) EXPECT_EQ(positions[v].z, mesh.positions[v].z);
 }
 
 TEST(Streaming, FilesThatCannotBeReadInPartsSayWhy) {
   const fs::path folder = test::scratch_folder();
   Mesh mesh = test::tetrahedron();
-  const auto write = [&](const std::string &bytes) {
+  const auto write = [&](const std::string& bytes) {
     std::ofstream(folder / "high.ply", std::ios::binary) << bytes;
     return folder / "high.ply";
   };
   const std::string good = ply_of(mesh);
-  const auto changed = [&](const std::string &from, const std::string &to) {
+  const auto changed = [&](const std::string& from, const std::string& to) {
     std::string text = good;
     return text.replace(text.find(from), from.size(), to);
   };
@@ -487,42 +443,33 @@ TEST(Streaming, FilesThatCannotBeReadInPartsSayWhy) {
   EXPECT_EQ(ply_layout(write(changed("float x", "double x"))).obstacle,
             "has coordinates that are not 32-bit floats");
   EXPECT_EQ(
-      ply_layout(
-          write(changed(
-              "property list uchar int vertex_indices",
-              "property uchar flags\nproperty list uchar int vertex_indices")))
+      ply_layout(write(changed("property list uchar int vertex_indices",
+                               "property uchar flags\nproperty list uchar int vertex_indices")))
           .obstacle,
       "has faces with more than a list of indices");
   EXPECT_EQ(ply_layout(write("solid x")).obstacle, "is no PLY");
   // What the layout does not tell.
-  const auto read = [&](const fs::path &file) {
-    return error_of(
-        [&] { ChunkedMesh(stream_ply(file), {.folder = folder / "chunks"}); });
+  const auto read = [&](const fs::path& file) {
+    return error_of([&] { ChunkedMesh(stream_ply(file), {.folder = folder / "chunks"}); });
   };
   EXPECT_EQ(read(write(good)), "");
   std::string quad = good;
   quad[quad.size() - 13] = 4;
-  EXPECT_NE(read(write(quad)).find("face 3: it has 4 corners"),
-            std::string::npos);
+  EXPECT_NE(read(write(quad)).find("face 3: it has 4 corners"), std::string::npos);
   std::string beyond = good;
   beyond[beyond.size() - 4] = 9;
-  EXPECT_NE(read(write(beyond))
-                .find("face 3: it refers to vertex 9, but the file has 4"),
+  EXPECT_NE(read(write(beyond)).find("face 3: it refers to vertex 9, but the file has 4"),
             std::string::npos);
-  EXPECT_NE(read(write(good.substr(0, good.size() - 1))).find("truncated"),
-            std::string::npos);
-  for (Vec3 &p : mesh.positions)
-    p.x += 1e5F;
-  EXPECT_NE(read(save_ply(mesh, folder)).find("far from the world's origin"),
-            std::string::npos);
+  EXPECT_NE(read(write(good.substr(0, good.size() - 1))).find("truncated"), std::string::npos);
+  for (Vec3& p : mesh.positions) p.x += 1e5F;
+  EXPECT_NE(read(save_ply(mesh, folder)).find("far from the world's origin"), std::string::npos);
 }
 
 TEST(Streaming, OutliersAreRefusedSinceTheyMoveTheFrame) {
   const fs::path folder = test::scratch_folder();
   Mesh mesh = test::BumpySphere::dense(5000);
   const auto last = static_cast<std::uint32_t>(mesh.positions.size());
-  mesh.positions.insert(mesh.positions.end(),
-                        {{1e6F, 0, 0}, {-1e6F, 0, 0}, {0, 1, 0}});
+  mesh.positions.insert(mesh.positions.end(), {{1e6F, 0, 0}, {-1e6F, 0, 0}, {0, 1, 0}});
   mesh.triangles.push_back({last, last + 1, last + 2});
   const fs::path file = save_ply(mesh, folder);
   EXPECT_NE(error_of([&] {
@@ -548,8 +495,7 @@ TEST(Streaming, SmoothNormalsInPlaceOfTheFilesAreRefused) {
     run(*test::device(), job);
   });
   set_memory_limit(0);
-  EXPECT_NE(error.find("shading = smooth needs the whole high poly in memory"),
-            std::string::npos)
+  EXPECT_NE(error.find("shading = smooth needs the whole high poly in memory"), std::string::npos)
       << error;
 }
 
@@ -578,8 +524,7 @@ TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
     EXPECT_EQ(whole.maps[m].map.image.pixels, streamed.maps[m].map.image.pixels)
         << whole.maps[m].name;
   }
-  EXPECT_NE(error.find(
-                "larger than memory, and the map ao needs the whole high poly"),
+  EXPECT_NE(error.find("larger than memory, and the map ao needs the whole high poly"),
             std::string::npos)
       << error;
 }
@@ -609,23 +554,20 @@ TEST(Streaming, AnAssetStreamsWithColoursAndNormals) {
     return result;
   };
   // The JSON of a GLB, and its meshes and pictures
-  const auto head = [](const JobResult &result) {
+  const auto head = [](const JobResult& result) {
     std::uint32_t length = 0;
     std::memcpy(&length, &result.glb.at(12), sizeof length);
-    return std::string(reinterpret_cast<const char *>(&result.glb.at(20)),
-                       length);
+    return std::string(reinterpret_cast<const char*>(&result.glb.at(20)), length);
   };
-  const auto body = [&](const JobResult &result) {
+  const auto body = [&](const JobResult& result) {
     return std::vector<std::byte>(
-        result.glb.begin() + 20 +
-            static_cast<std::ptrdiff_t>(head(result).size()),
+        result.glb.begin() + 20 + static_cast<std::ptrdiff_t>(head(result).size()),
         result.glb.end());
   };
-  const auto pictures = [&](const JobResult &result) {
+  const auto pictures = [&](const JobResult& result) {
     const std::string json = head(result);
     std::size_t count = 0;
-    for (auto at = json.find("mimeType"); at != json.npos;
-         at = json.find("mimeType", at + 1))
+    for (auto at = json.find("mimeType"); at != json.npos; at = json.find("mimeType", at + 1))
       ++count;
     return count;
   };
@@ -638,14 +580,12 @@ TEST(Streaming, AnAssetStreamsWithColoursAndNormals) {
   job.low.make.faces = 500;
   const JobResult made = streamed(std::uint64_t{540} << 20);
   EXPECT_EQ(pictures(made), 2U);
-  EXPECT_TRUE(std::any_of(
-      made.warnings.begin(), made.warnings.end(), [](const Warning &warning) {
-        return warning.code == "maps-left-out" &&
-               warning.message.text().find("without the map ao") !=
-                   std::string::npos;
-      }));
+  EXPECT_TRUE(std::any_of(made.warnings.begin(), made.warnings.end(), [](const Warning& warning) {
+    return warning.code == "maps-left-out" &&
+           warning.message.text().find("without the map ao") != std::string::npos;
+  }));
   // What needs all of the mesh
-  const auto refused = [&](const Job &with) {
+  const auto refused = [&](const Job& with) {
     const std::string error = error_of([&] {
       leave_memory(std::uint64_t{100} << 20);
       run(*test::device(), with);
@@ -656,19 +596,15 @@ TEST(Streaming, AnAssetStreamsWithColoursAndNormals) {
   Job other = job;
   other.bake.maps = {find_map("ao").kind};
   other.given = {"--maps"};
-  EXPECT_NE(refused(other).find("the map ao needs the whole"),
-            std::string::npos);
+  EXPECT_NE(refused(other).find("the map ao needs the whole"), std::string::npos);
   other = job;
   other.low = test::BumpySphere::light();
   other.max_bytes = 100000;
-  EXPECT_NE(refused(other).find("needs the whole high poly"), std::string::npos)
-      << refused(other);
+  EXPECT_NE(refused(other).find("needs the whole high poly"), std::string::npos) << refused(other);
   other.max_bytes = 0;
-  save_image(Image{2, 2, 1, {0, 0, 1, 1}}, folder / "picture.png",
-             {ImageFormat::png8});
+  save_image(Image{2, 2, 1, {0, 0, 1, 1}}, folder / "picture.png", {ImageFormat::png8});
   other.transfers = {(folder / "picture.png").string() + ":relief"};
-  EXPECT_NE(refused(other).find("needs the whole high poly"), std::string::npos)
-      << refused(other);
+  EXPECT_NE(refused(other).find("needs the whole high poly"), std::string::npos) << refused(other);
 }
 
 TEST(Streaming, PicturesOfAPlyAreSeen) {
@@ -681,13 +617,12 @@ TEST(Streaming, PicturesOfAPlyAreSeen) {
   EXPECT_FALSE(write().has_pictures);
   const std::string line = "comment TextureFile a.png\n";
   text.insert(text.find("element vertex"), line);
-  EXPECT_FALSE(write().has_pictures); // without UVs
-  text.insert(text.find("property float y"),
-              "property float s\nproperty float t\n");
+  EXPECT_FALSE(write().has_pictures);  // without UVs
+  text.insert(text.find("property float y"), "property float s\nproperty float t\n");
   EXPECT_TRUE(write().has_pictures);
   text.erase(text.find(line), line.size());
   EXPECT_FALSE(write().has_pictures);
 }
 
-} // namespace
-} // namespace kiln
+}  // namespace
+}  // namespace kiln
