@@ -160,7 +160,8 @@ void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   current_name_ = entry->second;
 }
 
-void MeshBuilder::Colors::set(std::size_t i, const std::array<double, 4>& rgba) {
+std::array<std::array<std::uint8_t, 4>, 2> MeshBuilder::color_versions(
+    const std::array<double, 4>& rgba) {
   const auto scaled = [&rgba](double scale) {
     std::array<std::uint8_t, 4> bytes;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -169,11 +170,28 @@ void MeshBuilder::Colors::set(std::size_t i, const std::array<double, 4>& rgba) 
     }
     return bytes;
   };
+  return {scaled(1), scaled(255)};
+}
+
+double MeshBuilder::largest_channel(const std::array<double, 4>& rgba) {
+  double largest = 0;
   for (const double value : rgba) {
-    if (std::isfinite(value)) largest_ = std::max(largest_, value);
+    if (std::isfinite(value)) largest = std::max(largest, value);
   }
-  set_bytes(i, scaled(1));
-  fractions_[i] = scaled(255);
+  return largest;
+}
+
+bool MeshBuilder::are_fractions(double largest) {
+  // Fractions that were converted may be slightly above 1, such as 1.0000001.
+  constexpr double kMaxFraction = 1.001;
+  return largest <= kMaxFraction;
+}
+
+void MeshBuilder::Colors::set(std::size_t i, const std::array<double, 4>& rgba) {
+  largest_ = std::max(largest_, largest_channel(rgba));
+  const auto [bytes, fractions] = color_versions(rgba);
+  set_bytes(i, bytes);
+  fractions_[i] = fractions;
 }
 
 void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t, 4>& rgba) {
@@ -189,9 +207,8 @@ void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t
 std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t size,
                                                                      const MeshInput& input) {
   for (auto* list : {&bytes_, &fractions_}) list->resize(size, kWhite);
-  // Fractions that were converted may be slightly above 1, such as 1.0000001.
-  constexpr double kMaxFraction = 1.001, kMaxDarkByte = 16;
-  if (largest_ <= kMaxFraction) return std::move(fractions_);
+  constexpr double kMaxDarkByte = 16;
+  if (are_fractions(largest_)) return std::move(fractions_);
   if (largest_ < kMaxDarkByte) {
     const std::string text = formatted("%.4g", largest_);
     input.warn(

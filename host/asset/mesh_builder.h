@@ -69,6 +69,13 @@ class MeshBuilder {
     vertex_colors_.set_bytes(vertex, rgba);
   }
   static constexpr double kFullAlpha = std::numeric_limits<double>::infinity();
+  /// A colour as set_color() reads it: its channels as bytes, and as fractions.
+  static std::array<std::array<std::uint8_t, 4>, 2> color_versions(
+      const std::array<double, 4>& rgba);
+  /// The largest finite channel of a colour; 0 if none is above that.
+  static double largest_channel(const std::array<double, 4>& rgba);
+  /// True if the largest channel of a file's colours shows that they are fractions.
+  static bool are_fractions(double largest);
 
   /// Sets the colour of the next face only, as a number of either kind or as bytes. finish()
   /// converts colours of faces to colours of vertices: it duplicates vertices between faces of

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -47,14 +48,51 @@ TexelBand pick_texels(cl::Context& context, const TexelBand& band,
   return part;
 }
 
+/// The texels of a band whose errors are measured.
+struct ComparedTexels {
+  TexelBand band;                     ///< These texels alone, with all their samples
+  std::vector<std::uint32_t> places;  ///< Index of each texel in the band's rows
+};
+
+/// Joins the samples of several bands to one, from which a match can be run.
+TexelBand join_samples(cl::Context& context, std::span<const ComparedTexels> parts) {
+  TexelBand joined;
+  joined.samples = parts.front().band.samples;
+  joined.small_triangles = parts.front().band.small_triangles;
+  for (const ComparedTexels& part : parts) joined.sample_count += part.band.sample_count;
+  joined.capacity =
+      (joined.sample_count + kSampleGranularity - 1) / kSampleGranularity * kSampleGranularity;
+  const auto join = [&]<typename T>(cl::Array<T> TexelBand::*member, std::uint32_t planes) {
+    std::vector<T> values(std::size_t{planes} * joined.capacity);
+    for (std::uint32_t p = 0; p < planes; ++p) {
+      std::size_t at = std::size_t{p} * joined.capacity;
+      for (const ComparedTexels& part : parts) {
+        (part.band.*member)
+            .read(context, std::span(values).subspan(at, part.band.sample_count),
+                  std::size_t{p} * part.band.capacity);
+        at += part.band.sample_count;
+      }
+    }
+    joined.*member = cl::Array<T>(context, std::span<const T>(values));
+  };
+  join(&TexelBand::triangle, 1);
+  join(&TexelBand::barycentric, 2);
+  join(&TexelBand::points, 7);
+  return joined;
+}
+
 /// One finer evaluation of a bake's maps.
+///
+/// A high poly in memory is matched band by band. One that is larger than memory is read once for each match, so the
+/// compared texels of all bands, which are few, are matched together.
 class FinerEvaluation {
  public:
   FinerEvaluation(const BakedScene& scene, const BakeOptions& options)
       : scene_(scene),
         options_(options),
         context_(context_of(scene.high.device)),
-        layers_(scene.high, scene.surface, options_, ImageStorage::none, 1, /*is_reference=*/true),
+        layers_(scene.streamed_part != nullptr ? *scene.streamed_part : scene.high, scene.surface,
+                options_, ImageStorage::none, 1, /*is_reference=*/true),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}),
         own_matcher_(options.samples != scene.options.samples &&
@@ -73,8 +111,10 @@ class FinerEvaluation {
       scene_.directions.set_directions(context_, sampled_band_);
       scene_.sheet_distances.write_search_distances(context_, sampled_band_);
       scene_.cage.write_sample_reach(context_, sampled_band_);
-      evaluate_band(comparison_interval);
+      add_compared_texels(comparison_interval);
+      if (scene_.streamed_part == nullptr) evaluate_compared_texels();
     }
+    evaluate_compared_texels();
   }
 
   void add_errors_to(std::string_view reference, BakeReport& report) {
@@ -113,7 +153,8 @@ class FinerEvaluation {
     return chosen_texels;
   }
 
-  void evaluate_band(std::uint64_t comparison_interval) {
+  /// Copies those texels of the sampled band whose errors are measured.
+  void add_compared_texels(std::uint64_t comparison_interval) {
     std::vector<std::uint32_t> index(sampled_band_.texel_count),
         first(sampled_band_.texel_count + std::size_t{1});
     if (sampled_band_.texel_count == 0) return;
@@ -128,17 +169,48 @@ class FinerEvaluation {
       first_samples.push_back(static_cast<std::uint32_t>(samples.size()));
     }
     const SamplePick texel_pick(context_, samples, kSampleGranularity);
-    evaluate_texels(pick_texels(context_, sampled_band_, places, first_samples, texel_pick));
-    for (std::size_t l = 0; l < map_errors_.size(); ++l) compare_map(l, places);
+    TexelBand band = pick_texels(context_, sampled_band_, places, first_samples, texel_pick);
+    compared_texels_.push_back({std::move(band), std::move(places)});
+  }
+
+  /// Matches the texels of add_compared_texels(), and adds the errors of their maps.
+  void evaluate_compared_texels() {
+    const std::vector<ComparedTexels> parts = std::exchange(compared_texels_, {});
+    if (parts.size() == 1) {
+      const DeviceCorrespondence match = run_match(parts.front().band);
+      add_errors_of(parts.front(), match);
+      return;
+    }
+    if (parts.empty()) return;
+    const DeviceCorrespondence joined = run_match(join_samples(context_, parts));
+    std::uint32_t first = 0;
+    for (const ComparedTexels& part : parts) {
+      std::vector<std::uint32_t> samples(part.band.sample_count);
+      std::iota(samples.begin(), samples.end(), first);
+      first += part.band.sample_count;
+      add_errors_of(part, SamplePick(context_, samples, kSampleGranularity).of(joined));
+    }
+  }
+
+  DeviceCorrespondence run_match(const TexelBand& band) {
+    DeviceCorrespondence match(context_, band.capacity, layers_.any_map_needs_visibility());
+    match.count = band.sample_count;
+    matcher_.run(band, match);
+    context_.finish();
+    if (scene_.streamed_part == nullptr) return match;
+    scene_.streamed_part->read_matched(match);
+    layers_.invalidate_source_results();
+    return match;
+  }
+
+  void add_errors_of(const ComparedTexels& texels, const DeviceCorrespondence& match) {
+    make(texels.band, match);
+    for (std::size_t l = 0; l < map_errors_.size(); ++l) compare_map(l, texels);
   }
 
   /// Evaluates some texels of a band in all maps. Each keeps all its samples, so that matchers can treat the texels as
   /// a band.
-  void evaluate_texels(const TexelBand& texels) {
-    DeviceCorrespondence match(context_, texels.capacity, layers_.any_map_needs_visibility());
-    match.count = texels.sample_count;
-    matcher_.run(texels, match);
-    context_.finish();
+  void make(const TexelBand& texels, const DeviceCorrespondence& match) {
     const std::size_t size = std::size_t{texels.row_count} * options_.width;
     finer_coverage_.assign(size, kCoverageEmpty);
     finer_values_.resize(map_errors_.size());
@@ -159,12 +231,12 @@ class FinerEvaluation {
                       });
   }
 
-  void compare_map(std::size_t layer, std::span<const std::uint32_t> places) {
+  void compare_map(std::size_t layer, const ComparedTexels& texels) {
     const MapRow& row = *layers_.all()[layer].row;
     const std::size_t channels = row.info.channels;
-    const std::size_t offset = std::size_t{sampled_band_.first_row} * options_.width;
+    const std::size_t offset = std::size_t{texels.band.first_row} * options_.width;
     const Image& baked = baked_image(row.info.kind);
-    for (const std::uint32_t place : places) {
+    for (const std::uint32_t place : texels.places) {
       if (finer_coverage_[place] != kCoverageBaked) continue;
       map_errors_[layer].push_back(map_difference(row, &baked.pixels[(offset + place) * channels],
                                                   &finer_values_[layer][place * channels]));
@@ -187,8 +259,8 @@ class FinerEvaluation {
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   TexelBand sampled_band_;
-  // Values of the band's texels by the finer evaluation, for each map
-  std::vector<std::vector<float>> finer_values_;
+  std::vector<ComparedTexels> compared_texels_;   // Not evaluated yet
+  std::vector<std::vector<float>> finer_values_;  // Finer values of the band's texels, for each map
   std::vector<std::uint8_t> finer_coverage_;
   // Number of texels since the last texel that was compared
   std::uint64_t texels_since_comparison_ = 0;

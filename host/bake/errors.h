@@ -17,6 +17,8 @@ namespace kiln {
 /// A bake whose errors are measured, with its matcher and maps.
 struct BakedScene {
   const Source::Impl& high;
+  /// Source::Impl::matched_part() if the high poly is larger than memory; else null. It holds other triangles afterwards.
+  Source::Impl* streamed_part;
   const LowSurface& surface;
   const BakeOptions& options;
   const SampleDirections& directions;

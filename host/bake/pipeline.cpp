@@ -421,10 +421,10 @@ void Pipeline::measure_errors(Clusters& clusters) {
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
                         sample_directions_.blends_directions());
   };
-  kiln::measure_errors(
-      {scene_.high, surface_, scene_.options, sample_directions_, sheet_distances_, cage_,
-       *matcher_, make, fallback_blend_ ? &*fallback_blend_ : nullptr, layers_},
-      progress_.part(kBlendProgress, kMipsProgress), report);
+  kiln::measure_errors({scene_.high, streamed_part_.get(), surface_, scene_.options,
+                        sample_directions_, sheet_distances_, cage_, *matcher_, make,
+                        fallback_blend_ ? &*fallback_blend_ : nullptr, layers_},
+                       progress_.part(kBlendProgress, kMipsProgress), report);
   report.seconds_errors += stopwatch_.lap();
 }
 

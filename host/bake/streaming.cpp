@@ -69,7 +69,6 @@ Message streaming_obstacle(const BakeOptions& options) {
   if (options.match.fallback_blend > 0) return needs_whole_mesh(option("match.fallback_blend"));
   if (options.report.keep_match) return needs_whole_mesh(option("report.keep_match"));
   if (options.report.vertex_coverage) return needs_whole_mesh(option("report.vertex_coverage"));
-  if (options.report.errors) return needs_whole_mesh(option("report.errors"));
   return {};
 }
 

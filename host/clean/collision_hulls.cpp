@@ -201,6 +201,10 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   return hulls;
 }
 
+bool names_hidden_hull(const std::string& name) {
+  return hull_kinds_of_groups({name}).front() == HullKind::hidden;
+}
+
 void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
   const std::vector<HullKind> hull_kinds = hull_kinds_of_triangles(high);
   std::vector<std::uint8_t> is_hull, is_drawn;

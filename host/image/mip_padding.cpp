@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kRowsPerTask = 16;
+constexpr std::size_t kRowsPerTask = 16, kTexelsPerTask = std::size_t{1} << 18;
 /// Padding up to this distance from charts, in texels, is not replaced, because bilinear filters of levels 0 and 1
 /// read it.
 constexpr int kKeptTexels = 2;
@@ -61,7 +61,9 @@ std::vector<TexelRole> classify_texels(const Image& image, std::span<const std::
                                        bool keeps_copies) {
   const std::size_t texels = coverage.size(), width = image.width;
   std::vector<std::uint8_t> is_near_chart(texels), is_near_after_step(texels);
-  for (std::size_t i = 0; i < texels; ++i) is_near_chart[i] = is_in_chart(coverage[i]) ? 1 : 0;
+  parallel_for(texels, kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) is_near_chart[i] = is_in_chart(coverage[i]) ? 1 : 0;
+  });
   std::vector<std::uint8_t> is_beside_chart;
   for (int step = 0; step < kKeptTexels; ++step) {
     parallel_for(image.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -82,13 +84,16 @@ std::vector<TexelRole> classify_texels(const Image& image, std::span<const std::
     if (step == 0) is_beside_chart = is_near_chart;
   }
   std::vector<TexelRole> result(texels);
-  for (std::size_t i = 0; i < texels; ++i) {
-    const bool is_copy = coverage[i] == kCoverageGutter && (keeps_copies || is_near_chart[i] != 0);
-    result[i] = is_in_chart(coverage[i])                   ? TexelRole::chart
-                : !is_copy                                 ? TexelRole::filled
-                : !keeps_copies && is_beside_chart[i] == 0 ? TexelRole::shiftable
-                                                           : TexelRole::kept;
-  }
+  parallel_for(texels, kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool is_copy =
+          coverage[i] == kCoverageGutter && (keeps_copies || is_near_chart[i] != 0);
+      result[i] = is_in_chart(coverage[i])                   ? TexelRole::chart
+                  : !is_copy                                 ? TexelRole::filled
+                  : !keeps_copies && is_beside_chart[i] == 0 ? TexelRole::shiftable
+                                                             : TexelRole::kept;
+    }
+  });
   return result;
 }
 
@@ -152,14 +157,16 @@ void fill_by_squares(Image& image, const std::vector<TexelRole>& texels,
   for (std::size_t k = levels.size() - 1; k-- > 0;) {
     MeanLevel& fine = levels[k];
     const MeanLevel& coarse = levels[k + 1];
-    for (std::size_t y = 0; y < fine.height; ++y) {
-      for (std::size_t x = 0; x < fine.width; ++x) {
-        const std::size_t to = y * fine.width + x;
-        if (fine.count[to] != 0) continue;
-        std::copy_n(&coarse.mean[(y / 2 * coarse.width + x / 2) * channels], channels,
-                    &fine.mean[to * channels]);
+    parallel_for(fine.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y) {
+        for (std::size_t x = 0; x < fine.width; ++x) {
+          const std::size_t to = y * fine.width + x;
+          if (fine.count[to] != 0) continue;
+          std::copy_n(&coarse.mean[(y / 2 * coarse.width + x / 2) * channels], channels,
+                      &fine.mean[to * channels]);
+        }
       }
-    }
+    });
   }
   const MeanLevel& first = levels.front();
   parallel_for(image.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -172,6 +179,40 @@ void fill_by_squares(Image& image, const std::vector<TexelRole>& texels,
       }
     }
   });
+}
+
+/// The range of the charts' values in one channel.
+struct ChartRange {
+  float low = std::numeric_limits<float>::infinity(), high = -low;
+  void add(float value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  bool is_constant() const { return !(high > low); }
+};
+
+/// The ranges of all channels.
+std::vector<ChartRange> measure_ranges(const Image& image, const std::vector<TexelRole>& texels) {
+  const std::size_t channels = image.channels;
+  const std::size_t tasks = (texels.size() + kTexelsPerTask - 1) / kTexelsPerTask;
+  std::vector<ChartRange> parts(tasks * channels);
+  parallel_for(tasks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t task = begin; task < end; ++task) {
+      const std::size_t last = std::min(texels.size(), (task + 1) * kTexelsPerTask);
+      for (std::size_t i = task * kTexelsPerTask; i < last; ++i) {
+        if (texels[i] != TexelRole::chart) continue;
+        for (std::size_t c = 0; c < channels; ++c)
+          parts[task * channels + c].add(image.pixels[i * channels + c]);
+      }
+    }
+  });
+  // Joined in order, so that of zeros of both signs the first one counts
+  std::vector<ChartRange> ranges(channels);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ranges[i % channels].low = std::min(ranges[i % channels].low, parts[i].low);
+    ranges[i % channels].high = std::max(ranges[i % channels].high, parts[i].high);
+  }
+  return ranges;
 }
 
 /// Solves a symmetric positive definite system by Gaussian elimination, which needs no pivoting for such systems.
@@ -215,12 +256,8 @@ class BiasCorrection {
   }
 
   /// \param mean  mean of the charts
-  void correct_bias(std::size_t channel, double mean) {
-    Range range;
-    for (std::size_t i = 0; i < texels_.size(); ++i) {
-      if (texels_[i] == TexelRole::chart) range.add(value(i, channel));
-    }
-    if (!(range.high > range.low)) return;
+  void correct_bias(std::size_t channel, double mean, const ChartRange& range) {
+    if (range.is_constant()) return;
     const std::size_t squares = squares_.count.size();
     const Squares now = measure_squares(channel, range);
     // For each square, by which share of the possible range its filled texels are moved: at 1 to
@@ -247,14 +284,6 @@ class BiasCorrection {
   }
 
  private:
-  struct Range {
-    float low = std::numeric_limits<float>::infinity(), high = -low;
-    void add(float value) {
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-  };
-
   float& value(std::size_t texel, std::size_t channel) const {
     return image_.pixels[texel * image_.channels + channel];
   }
@@ -271,7 +300,7 @@ class BiasCorrection {
   struct Squares {
     std::vector<double> sum, max_increase, max_decrease;
   };
-  Squares measure_squares(std::size_t channel, const Range& range) const {
+  Squares measure_squares(std::size_t channel, const ChartRange& range) const {
     const std::size_t squares = squares_.count.size();
     Squares result{std::vector<double>(squares), std::vector<double>(squares),
                    std::vector<double>(squares)};
@@ -377,14 +406,20 @@ class TexelCorrection {
   }
 
   /// \param mean  mean of the charts
-  void correct_bias(std::size_t channel, double mean) {
+  void correct_bias(std::size_t channel, double mean, const ChartRange& range) {
+    if (range.is_constant()) return;
     channel_ = channel;
-    range_ = {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
-    for (std::size_t i = 0; i < texels_.size(); ++i) {
-      if (texels_[i] != TexelRole::chart) continue;
-      range_ = {std::min(range_[0], value(i)), std::max(range_[1], value(i))};
+    range_ = {range.low, range.high};
+    // Most maps need no shifts, which an estimate shows.
+    constexpr double kEstimateError =
+        1e-9;  // As a share of the largest value; rounding is far below
+    const double margin =
+        kEstimateError * std::max(std::abs(double{range.low}), std::abs(double{range.high}));
+    const std::vector<double> estimates = estimate_biases(mean);
+    if (std::all_of(estimates.begin(), estimates.end(),
+                    [&](double bias) { return std::abs(bias) + margin <= kMaxSquareBias; })) {
+      return;
     }
-    if (!(range_[1] > range_[0])) return;
     std::vector<double> target = biases(mean);
     if (std::none_of(target.begin(), target.end(),
                      [](double bias) { return std::abs(bias) > kMaxSquareBias; })) {
@@ -451,6 +486,61 @@ class TexelCorrection {
     std::vector<double> result(levels_, -mean);
     for (std::size_t i = 0; i < parts.size(); ++i) result[i % levels_] += parts[i];
     return result;
+  }
+
+  /// biases() from sums over the squares of each level, which add up from level to level. This takes far fewer
+  /// additions, which are rounded in another way.
+  std::vector<double> estimate_biases(double mean) const {
+    // The rows of a task are one row of squares of this level.
+    constexpr std::size_t kTaskLevels = kFirstLevel;
+    static_assert(kRowsPerTask == std::size_t{1} << kTaskLevels);
+    const std::size_t tasks = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
+    std::size_t width = widths_[kTaskLevels - 1], height = tasks;
+    std::vector<double> parts(tasks * kTaskLevels), sums(width * height);
+    parallel_for(tasks, 1, [&](std::size_t begin, std::size_t end) {
+      std::vector<double> fine, coarse;
+      for (std::size_t task = begin; task < end; ++task) {
+        const std::size_t first = task * kRowsPerTask;
+        std::size_t rows = std::min<std::size_t>(kRowsPerTask, image_.height - first);
+        fine.resize(rows * image_.width);
+        for (std::size_t i = 0; i < fine.size(); ++i) fine[i] = value(first * image_.width + i);
+        std::size_t columns = image_.width;
+        for (std::size_t k = 0; k < kTaskLevels; ++k) {
+          coarse = sum_squares(fine, columns, rows);
+          columns = widths_[k];
+          rows = halve(static_cast<std::uint32_t>(rows));
+          parts[task * kTaskLevels + k] = weigh(coarse, &weights_[k][(first >> (k + 1)) * columns]);
+          fine.swap(coarse);
+        }
+        std::copy(fine.begin(), fine.end(),
+                  sums.begin() + static_cast<std::ptrdiff_t>(task * width));
+      }
+    });
+    std::vector<double> result(levels_, -mean);
+    for (std::size_t i = 0; i < parts.size(); ++i) result[i % kTaskLevels] += parts[i];
+    for (std::size_t k = kTaskLevels; k < levels_; ++k) {
+      sums = sum_squares(sums, width, height);
+      width = widths_[k];
+      height = halve(static_cast<std::uint32_t>(height));
+      result[k] += weigh(sums, weights_[k].data());
+    }
+    return result;
+  }
+
+  /// The sums over squares of 2 x 2 elements.
+  static std::vector<double> sum_squares(const std::vector<double>& fine, std::size_t width,
+                                         std::size_t height) {
+    const std::size_t columns = (width + 1) / 2;
+    std::vector<double> sums(columns * ((height + 1) / 2));
+    for (std::size_t y = 0; y < height; ++y) {
+      for (std::size_t x = 0; x < width; ++x) sums[y / 2 * columns + x / 2] += fine[y * width + x];
+    }
+    return sums;
+  }
+  static double weigh(const std::vector<double>& sums, const double* weights) {
+    double sum = 0;
+    for (std::size_t i = 0; i < sums.size(); ++i) sum += weights[i] * sums[i];
+    return sum;
   }
 
   double weight(std::size_t k, std::size_t x, std::size_t y) const {
@@ -592,10 +682,14 @@ void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage, bool kee
   if (!finite) return;
   fill_by_squares(image, texels, levels);
   if (levels.size() < kFirstLevel) return;
-  BiasCorrection squares(image, texels, levels);
-  for (std::size_t c = 0; c < image.channels; ++c) squares.correct_bias(c, means[c]);
+  for (MeanLevel& level : levels) level.mean = {};  // Only the counts are used from here on
+  const std::vector<ChartRange> ranges = measure_ranges(image, texels);
+  {
+    BiasCorrection squares(image, texels, levels);
+    for (std::size_t c = 0; c < image.channels; ++c) squares.correct_bias(c, means[c], ranges[c]);
+  }
   TexelCorrection single(image, texels, levels);
-  for (std::size_t c = 0; c < image.channels; ++c) single.correct_bias(c, means[c]);
+  for (std::size_t c = 0; c < image.channels; ++c) single.correct_bias(c, means[c], ranges[c]);
 }
 
 void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage, bool keeps_copies) {

@@ -185,8 +185,8 @@ LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
     if (const std::string bound = deviation_bound(job); !bound.empty()) {
       options.max_error = parse_error_bound(bound);
     }
-    low.mesh = simplify(high, options, &*low.simplified);
-    if (reduced) measure_deviation(*loaded.streamed, low.mesh, *low.simplified);
+    low.mesh = reduced ? simplify_reduced(*loaded.streamed, high, options, *low.simplified)
+                       : simplify(high, options, &*low.simplified);
     low.stem = low_stem(job);
     low.made = true;
     if (input.heights) {

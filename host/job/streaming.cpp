@@ -2,12 +2,11 @@
 #include "bake/streaming.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 
+#include "asset/obj_stream.h"
 #include "asset/ply_stream.h"
 #include "asset/stl_stream.h"
 #include "base/memory.h"
@@ -38,13 +37,16 @@ LargeFile examine(const std::string& path) {
     return {layout.triangles, false, false, std::move(layout.obstacle)};
   }
   if (extension == ".obj") {
-    // Bytes of a triangle with its part of the vertices, UVs and normals. Most files have fewer
-    constexpr std::uint64_t kObjBytesPerTriangle = 150;
-    std::error_code error;
-    const std::uint64_t bytes = std::filesystem::file_size(path, error);
-    if (!error) return {bytes / kObjBytesPerTriangle, false, false, "is an OBJ"};
+    ObjLayout layout = obj_layout(path);
+    return {layout.triangles, layout.has_normals, layout.has_pictures, std::move(layout.obstacle)};
   }
   return {};
+}
+
+[[noreturn]] void refuse(const std::string& path, const Message& obstacle) {
+  throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
+                        " Or raise the " + option("memory_limit") + ".",
+                    ErrorCode::usage, "larger-than-memory");
 }
 
 /// True if the job leaves the maps of its asset to Kiln.
@@ -55,8 +57,9 @@ bool chooses_asset_maps(const Job& job) {
 /// Explains which option of the job needs the whole high poly in memory; empty if none does.
 Message find_streaming_obstacle(const LargeFile& high, const Job& job, const BakeOptions& options,
                                 const RunHooks& hooks) {
-  if (job.low.given.empty() && (plans_low_poly(job) || !deviation_bound(job).empty())) {
-    return explain_error_bound_need("give LOW, or " + option("faces"));
+  if (job.low.given.empty() && plans_low_poly(job)) {
+    return "planning a LOW by rendered errors needs the whole high poly in memory: give LOW, " +
+           option("faces") + ", or a largest deviation (" + option("max_error", "0.2%") + ").";
   }
   if (!asset_file(job).empty() && high.has_pictures) {
     return Message("its pictures need the whole high poly in memory: name a folder for ") +
@@ -92,10 +95,6 @@ Message explain_whole_mesh_need(const Message& what) {
   return what + " needs the whole high poly in memory: leave it out.";
 }
 
-Message explain_error_bound_need(const Message& remedy) {
-  return "a LOW within an error needs the whole high poly in memory: " + remedy + ".";
-}
-
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes) {
   if (fill_holes > 0) return explain_whole_mesh_need(option("fill_holes"));
   if (!frame.up.empty()) return explain_whole_mesh_need(option("up"));
@@ -108,7 +107,7 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 }
 
 std::shared_ptr<const MeshStream> open_larger_than_memory(
-    const std::string& path, const MemoryNeed& memory_need,
+    const std::string& path, const MemoryNeed& memory_need, const StreamedReading& reading,
     const std::function<Message(const LargeFile& high)>& find_obstacle) {
   const LargeFile layout = examine(path);
   if (layout.triangles == 0 ||
@@ -122,11 +121,16 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
   }
   if (!obstacle.empty()) {
     if (memory_fits(layout.triangles * memory_need.min_bytes_per_triangle)) return nullptr;
-    throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
-                          " Or raise the " + option("memory_limit") + ".",
-                      ErrorCode::usage, "larger-than-memory");
+    refuse(path, obstacle);
   }
-  return lower_extension(path) == ".stl" ? stream_stl(path, chunk_folder()) : stream_ply(path);
+  const std::string extension = lower_extension(path);
+  if (extension == ".stl") return stream_stl(path, chunk_folder());
+  if (extension != ".obj") return stream_ply(path);
+  std::shared_ptr<const MeshStream> obj =
+      stream_obj(path, chunk_folder(), {reading.triangulation, reading.keep_hulls});
+  obstacle = find_obstacle({obj->triangle_count(), obj->has_normals(), obj->has_pictures(), {}});
+  if (!obstacle.empty()) refuse(path, obstacle);
+  return obj;
 }
 
 std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
@@ -139,7 +143,7 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   ProgressGuard progress_guard(
       [&](double, std::string_view stage) { return log.report_progress(0, stage); });
   std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
-      path, memory_need,
+      path, memory_need, {job.load.triangulation, job.keep_hulls},
       [&](const LargeFile& high) { return find_streaming_obstacle(high, job, options, hooks); });
   if (streamed != nullptr) log.progress(0, "reading " + path);
   return streamed;

@@ -31,9 +31,6 @@ inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
 /// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
 Message explain_whole_mesh_need(const Message& what);
-/// Variant of explain_whole_mesh_need() for a low poly that is made within an error bound. \param remedy names the
-/// options to give instead
-Message explain_error_bound_need(const Message& remedy);
 /// Variant of explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share;
 /// empty if none is given.
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes);
@@ -45,13 +42,20 @@ struct LargeFile {
   std::string obstacle;  ///< Why the file cannot be read in pieces; see PlyLayout::obstacle
 };
 
+/// How a high poly that is larger than memory is read.
+struct StreamedReading {
+  Triangulation triangulation = Triangulation::automatic;  ///< Rule for polygons
+  bool keep_hulls = false;                                 ///< See drop_hidden_hulls()
+};
+
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is
 /// needed.
 /// \param find_obstacle  returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty if it is not
-///                       needed. Called only for a high poly that does not fit
+///                       needed. Called only for a high poly that does not fit; a second time once a file whose facts
+///                       are not in its first bytes is read
 /// \throws OptionError if the whole mesh is needed and cannot fit
 std::shared_ptr<const MeshStream> open_larger_than_memory(
-    const std::string& path, const MemoryNeed& need,
+    const std::string& path, const MemoryNeed& need, const StreamedReading& reading,
     const std::function<Message(const LargeFile& high)>& find_obstacle);
 
 /// Reduces a mesh that is larger than memory to a mesh in memory from which a low poly of `faces` triangles can be

@@ -29,6 +29,8 @@ class MeshStream {
   virtual std::uint32_t triangle_count() const = 0;
   virtual bool has_normals() const = 0;
   virtual bool has_colors() const = 0;
+  /// True if the file names pictures of its materials, and has UVs for them.
+  virtual bool has_pictures() const { return false; }
 
   // Each function reads consecutive elements, the first of which has the index `first`.
   // \throws Error(input) if the file is damaged
@@ -36,6 +38,13 @@ class MeshStream {
   virtual void read_triangles(std::size_t first, std::span<Triangle> to) const = 0;
   /// Reads unit normals. Normals of the file that cannot be normalized are zero.
   virtual void read_normals(std::size_t first, std::span<Vec3> to) const = 0;
+  /// False: each corner has the normal with the index of its vertex.
+  virtual bool has_normal_indices() const { return false; }
+  virtual std::uint32_t normal_count() const { return vertex_count(); }
+  /// Reads the indices of the corners' normals.
+  virtual void read_normal_triangles(std::size_t first, std::span<Triangle> to) const {
+    read_triangles(first, to);
+  }
   virtual void read_colors(std::size_t first, std::span<Color> to) const = 0;
 
   virtual const std::string& name() const = 0;  ///< See Mesh::name

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/formatted.h"
+#include "base/option.h"
 #include "base/parallel.h"
+#include "kiln/error.h"
 #include "mesh/box.h"
 #include "mesh/steps.h"
 #include "mesh/surface_distance.h"
@@ -75,30 +78,83 @@ void reduce_pieces(Mesh& mesh, double share) {
   }
 }
 
-void measure_deviation(const MeshStream& mesh, const Mesh& low, SimplifyReport& report) {
-  report.input_faces = mesh.triangle_count();
-  if (report.dropped_parts > 0) return;
-  constexpr std::size_t kSamplesPerTriangle = 4;
-  Mesh sample = sample_of(mesh, kMaxSamples / kSamplesPerTriangle);
-  std::erase_if(sample.triangles,
-                [&](const Triangle& triangle) { return !has_area(sample.positions, triangle); });
-  if (sample.triangles.empty()) return;
-  // Distances are measured in a mesh scaled to a box with a diagonal of 1.
-  Box<Vec3> box;
-  for (const Triangle& triangle : sample.triangles) {
-    for (const std::uint32_t corner : triangle) box.add(sample.positions[corner]);
+namespace {
+
+/// A sample of a mesh's surface, from which distances to other surfaces are measured. They are shares of the diagonal
+/// of the sample's box.
+class SurfaceSample {
+ public:
+  explicit SurfaceSample(const MeshStream& mesh) {
+    constexpr std::size_t kSamplesPerTriangle = 4;
+    Mesh sample = sample_of(mesh, kMaxSamples / kSamplesPerTriangle);
+    std::erase_if(sample.triangles,
+                  [&](const Triangle& triangle) { return !has_area(sample.positions, triangle); });
+    triangles_ = std::move(sample.triangles);
+    if (triangles_.empty()) return;
+    Box<Vec3> box;
+    for (const Triangle& triangle : triangles_) {
+      for (const std::uint32_t corner : triangle) box.add(sample.positions[corner]);
+    }
+    center_ = box.center();
+    scale_ = 1 / length(to_double(box.high) - to_double(box.low));
+    positions_ = scaled(std::move(sample.positions));
   }
-  const Vec3d center = box.center();
-  const double scale = 1 / length(to_double(box.high) - to_double(box.low));
-  const auto scaled = [&](std::vector<Vec3> positions) {
-    for (Vec3& p : positions) p = to_float((to_double(p) - center) * scale);
+
+  bool empty() const { return triangles_.empty(); }
+  DistanceReport distance_to(const Mesh& other) const {
+    return one_sided_distance(positions_, triangles_,
+                              SurfaceDistance(scaled(other.positions), other.triangles),
+                              kMaxSamples);
+  }
+
+ private:
+  std::vector<Vec3> scaled(std::vector<Vec3> positions) const {
+    for (Vec3& p : positions) p = to_float((to_double(p) - center_) * scale_);
     return positions;
+  }
+
+  std::vector<Vec3> positions_;
+  std::vector<Triangle> triangles_;
+  Vec3d center_{};
+  double scale_ = 1;
+};
+
+}  // namespace
+
+Mesh simplify_reduced(const MeshStream& mesh, const Mesh& reduced, const SimplifyOptions& options,
+                      SimplifyReport& report) {
+  // A bound for simplify() below this share of the whole one would keep nearly all of the reduced mesh.
+  constexpr double kMinShareOfBound = 0.1;
+  const SurfaceSample sample(mesh);
+  const auto simplify_to = [&](const SimplifyOptions& wanted) {
+    report = {};
+    Mesh low = simplify(reduced, wanted, &report);
+    report.input_faces = mesh.triangle_count();
+    if (report.dropped_parts > 0 || sample.empty()) return low;
+    const DistanceReport distance = sample.distance_to(low);
+    report.error = distance.largest;
+    report.mean_error = distance.mean;
+    return low;
   };
-  const DistanceReport distance =
-      one_sided_distance(scaled(std::move(sample.positions)), sample.triangles,
-                         SurfaceDistance(scaled(low.positions), low.triangles), kMaxSamples);
-  report.error = distance.largest;
-  report.mean_error = distance.mean;
+  if (options.faces != 0) return simplify_to(options);
+  const double of_reduction = sample.empty() ? 0 : sample.distance_to(reduced).largest;
+  SimplifyOptions within = options;
+  within.max_error -= of_reduction;
+  while (within.max_error >= kMinShareOfBound * options.max_error) {
+    Mesh low = simplify_to(within);
+    if (report.error <= options.max_error) return low;
+    // The excess comes from samples between those of simplify(). It falls more slowly than the bound.
+    constexpr double kExcessFactor = 1.5;
+    within.max_error -= kExcessFactor * (report.error - options.max_error);
+  }
+  throw Error(ErrorCode::usage,
+              "'" + mesh.path() + "' is larger than memory: it was reduced before it was " +
+                  "simplified, which took " +
+                  formatted("%.2g%% of the %.2g%% of the diagonal that ", 100 * of_reduction,
+                            100 * options.max_error) +
+                  option("max_error") + " allows. Allow a larger error, or raise the " +
+                  option("memory_limit") + ".",
+              "larger-than-memory");
 }
 
 }  // namespace kiln

@@ -32,10 +32,15 @@ inline constexpr double kMinReducedShare = 0.2;
 /// Colours are kept, and so are vertices that are no longer used.
 void reduce_pieces(Mesh& mesh, double share);
 
-/// Corrects the report of a mesh that was reduced before simplify(): replaces `input_faces`, `error` and `mean_error`,
-/// which refer to the reduced mesh, by values that refer to the mesh itself. Uses as many samples as simplify(). If
-/// small parts were removed, `error` and `mean_error` stay, because errors must not count removed parts.
-/// \param low  the result of simplify() for the reduced mesh
-void measure_deviation(const MeshStream& mesh, const Mesh& low, SimplifyReport& report);
+/// simplify() of the reduced mesh, with a report that compares the result with the mesh itself: `input_faces`, and
+/// `error` and `mean_error` over as many samples as simplify() takes. If parts were dropped, which errors leave out,
+/// the errors are those of the reduced mesh; so is `back_error` always.
+///
+/// With a bound of the error, the sum of two errors has to keep it: that of the reduction and that of simplify(). The
+/// second gets what the first leaves. As samples alone are measured, the sum may exceed the bound; then the reduced mesh
+/// is simplified again with a tighter bound. The mesh's file is read once, for the samples.
+/// \throws Error(usage) if the reduction leaves less than a tenth of the bound
+Mesh simplify_reduced(const MeshStream& mesh, const Mesh& reduced, const SimplifyOptions& options,
+                      SimplifyReport& report);
 
 }  // namespace kiln

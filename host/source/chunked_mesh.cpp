@@ -388,9 +388,26 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
     use_faces_where_zero(part.positions, part.triangles, part.normals);
     return part;
   }
-  part.normals.normals = read_elements<Vec3>(
-      vertices, [&](std::size_t first, std::span<Vec3> to) { mesh_->read_normals(first, to); });
-  part.normals.triangles = part.triangles;
+  const auto read_normals = [&](std::size_t first, std::span<Vec3> to) {
+    mesh_->read_normals(first, to);
+  };
+  if (mesh_->has_normal_indices()) {
+    part.normals.triangles =
+        read_elements<Triangle>(ids, [&](std::size_t first, std::span<Triangle> to) {
+          mesh_->read_normal_triangles(first, to);
+        });
+    RankedSet used_normals(mesh_->normal_count());
+    for (const Triangle& triangle : part.normals.triangles) {
+      for (const std::uint32_t n : triangle) used_normals.add(n);
+    }
+    part.normals.normals = read_elements<Vec3>(used_normals.list(), read_normals);
+    for (Triangle& triangle : part.normals.triangles) {
+      for (std::uint32_t& n : triangle) n = used_normals.rank_of(n);
+    }
+  } else {
+    part.normals.triangles = part.triangles;
+    part.normals.normals = read_elements<Vec3>(vertices, read_normals);
+  }
   use_given_normals(part.triangles, part.normals,
                     [&] { return smooth_normals(vertices, part.positions, false); });
   return part;

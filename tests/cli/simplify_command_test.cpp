@@ -54,7 +54,6 @@ TEST(SimplifyCommand, WhatNeedsTheWholeMeshIsRefusedWhereItIsLargerThanMemory) {
   const fs::path scene = make_scene(4000);
   const fs::path high = test::save_ply(test::BumpySphere::dense(600000), scene);
   const std::vector<std::vector<std::string>> all = {
-      {"--max-error", "1%"},
       {"--faces", "300", "--hull"},
       {"--faces", "300", "--keep-uvs"},
       {"--faces", "300", "--fill-holes", "all"},
@@ -68,7 +67,7 @@ TEST(SimplifyCommand, WhatNeedsTheWholeMeshIsRefusedWhereItIsLargerThanMemory) {
                                       "--memory-limit", "64M"};
     words.insert(words.end(), flags.begin(), flags.end());
     const ProcessResult result = call_kiln(words);
-    const std::string& culprit = flags.size() == 2 ? "--faces" : flags[2];
+    const std::string& culprit = flags[2];
     EXPECT_EQ(result.exit_code, 2) << culprit;
     EXPECT_NE(result.errors.find("is larger than memory, and "), std::string::npos)
         << result.errors;
@@ -76,6 +75,20 @@ TEST(SimplifyCommand, WhatNeedsTheWholeMeshIsRefusedWhereItIsLargerThanMemory) {
     EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
   }
   EXPECT_FALSE(fs::exists(scene / "made.obj"));
+}
+
+TEST(SimplifyCommand, ADeviationBoundsLowPolysOfMeshesLargerThanMemory) {
+  const fs::path scene = make_scene(4000);
+  const fs::path high = test::save_ply(test::BumpySphere::dense(600000), scene);
+  const ProcessResult result =
+      call_kiln({"simplify", high, "--max-error", "0.5%", "--out", scene / "made.obj", "--json",
+                 scene / "made.json", "--memory-limit", "220M"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json report = read_json(scene / "made.json");
+  EXPECT_EQ(report["inputs"][0]["streamed"], true);
+  EXPECT_LE(report["error"], 0.005);
+  EXPECT_GT(report["error"], 0.002);
+  EXPECT_GT(report["back_error"], 0);
 }
 
 TEST(SimplifyCommand, PolygonsAreCutAsAsked) {

@@ -1,4 +1,5 @@
-// Low polys of a high poly that is larger than memory: made from its chunks, which are reduced one by one.
+// Low polys of a high poly that is larger than memory: made from its chunks,
+// which are reduced one by one.
 #include "simplify/streamed_simplify.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +43,8 @@ std::map<std::array<std::uint32_t, 2>, int> count_at_edges(const std::vector<Tri
   return counts;
 }
 
-/// A square of n x n cells with a wave in it; two vertices at the same place along one line.
+/// A square of n x n cells with a wave in it; two vertices at the same place
+/// along one line.
 Mesh wave(std::uint32_t n) {
   Mesh mesh;
   for (std::uint32_t y = 0; y <= n; ++y) {
@@ -66,7 +68,8 @@ double height_of_wave(const Vec3& p) {
   return 0.05 * std::sin(9 * (p.x + 0.5)) * std::cos(7 * (p.y + 0.5));
 }
 
-/// Area of a bumpy sphere's triangles that face its centre, as a share of all area.
+/// Area of a bumpy sphere's triangles that face its centre, as a share of all
+/// area.
 double inward_share(const Mesh& mesh) {
   double inward = 0, all = 0;
   for (const Triangle& t : mesh.triangles) {
@@ -113,7 +116,8 @@ TEST(StreamedSimplify, AChunkKeepsItsBorderAndItsSurface) {
   for (const Triangle& t : triangles) {
     const Vec3d a = to_double(positions[t[0]]);
     const Vec3d normal = cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
-    // Three vertices of the grid in a line make a triangle without area, up to rounding; others have 7e-5 and more.
+    // Three vertices of the grid in a line make a triangle without area, up to
+    // rounding; others have 7e-5 and more.
     EXPECT_GE(normal.z, -1e-8) << "a triangle folds at " << a.x << ", " << a.y;
     for (const std::uint32_t v : t) {
       EXPECT_NEAR(positions[v].z, height_of_wave(positions[v]), 2e-3);
@@ -183,7 +187,8 @@ TEST(StreamedSimplify, ReducedChunksFitTogether) {
       });
   EXPECT_EQ(reduced.name, "high");
   EXPECT_LT(reduced.triangles.size(), 0.35 * static_cast<double>(mesh.triangles.size()));
-  // Both chunks at a border may connect two of its vertices, which makes an edge of four triangles.
+  // Both chunks at a border may connect two of its vertices, which makes an
+  // edge of four triangles.
   std::size_t of_four = 0;
   for (const auto& [edge, count] : count_at_edges(reduced.triangles)) {
     EXPECT_TRUE(count == 2 || count == 4) << "edge " << edge[0] << ", " << edge[1] << ": " << count;
@@ -230,12 +235,12 @@ TEST(StreamedSimplify, DeviationsAreThoseFromTheWholeMesh) {
   const Mesh mesh = test::BumpySphere::dense(60000);
   const fs::path folder = test::scratch_folder();
   const auto stream = stream_ply(test::save_ply(mesh, folder));
-  const Mesh low = simplify(mesh, {.faces = 300});
   SimplifyReport report;
-  report.input_faces = 7;
-  measure_deviation(*stream, low, report);
+  const Mesh low = simplify_reduced(*stream, mesh, {.faces = 300}, report);
+  EXPECT_EQ(low.triangles, simplify(mesh, {.faces = 300}).triangles);
   EXPECT_EQ(report.input_faces, mesh.triangles.size());
-  // Coordinates are of about unit size; the figures are shares of the diagonal of the mesh's box.
+  // Coordinates are of about unit size; the figures are shares of the diagonal
+  // of the mesh's box.
   Vec3d least{9, 9, 9}, most{-9, -9, -9};
   for (const Vec3& p : mesh.positions) {
     least = glm::min(least, to_double(p));
@@ -252,12 +257,62 @@ TEST(StreamedSimplify, DeviationsAreThoseFromTheWholeMesh) {
   EXPECT_NEAR(report.error, largest / diagonal, 0.02 * report.error);
   EXPECT_NEAR(report.mean_error, sum / static_cast<double>(mesh.positions.size()) / diagonal,
               0.02 * report.mean_error);
-  // Deviations leave out parts that were dropped, so they stay as simplify() measured them.
-  SimplifyReport dropped;
-  dropped.dropped_parts = 1;
-  dropped.error = 0.5;
-  measure_deviation(*stream, low, dropped);
-  EXPECT_EQ(dropped.error, 0.5);
+  // Deviations leave out parts that were dropped, so they stay as simplify()
+  // measured them.
+  Mesh with_speck = mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  with_speck.positions.insert(with_speck.positions.end(),
+                              {{0, 0, 0}, {1e-4F, 0, 0}, {0, 1e-4F, 0}});
+  with_speck.triangles.push_back({first, first + 1, first + 2});
+  SimplifyReport of_whole, dropped;
+  simplify(with_speck, {.faces = 300}, &of_whole);
+  ASSERT_EQ(of_whole.dropped_parts, 1U);
+  simplify_reduced(*stream, with_speck, {.faces = 300}, dropped);
+  EXPECT_EQ(dropped.error, of_whole.error);
+}
+
+/// Largest distance from a mesh's vertices to a surface, as a share of the
+/// diagonal of the mesh's box.
+double deviation_of_vertices(const Mesh& mesh, const Mesh& low) {
+  Vec3d least{9, 9, 9}, most{-9, -9, -9};
+  const SurfaceDistance surface(low.positions, low.triangles);
+  double largest = 0;
+  for (const Vec3& p : mesh.positions) {
+    least = glm::min(least, to_double(p));
+    most = glm::max(most, to_double(p));
+    largest = std::max(largest, std::sqrt(surface.squared(p)));
+  }
+  return largest / length(most - least);
+}
+
+TEST(StreamedSimplify, AnErrorBoundHoldsForTheWholeMesh) {
+  const Mesh mesh = test::BumpySphere::dense(60000);
+  const fs::path folder = test::scratch_folder();
+  const auto stream = stream_ply(test::save_ply(mesh, folder));
+  const ChunkedMesh chunks(stream, {.triangles = 6000, .folder = folder / "chunks"});
+  const Mesh reduced =
+      chunks.reduced([](std::vector<Vec3>& positions, std::vector<Triangle>& triangles) {
+        reduce_chunk(positions, triangles, 0.5);
+      });
+  const double of_reduction = deviation_of_vertices(mesh, reduced);
+  for (const double bound : {0.02, 0.01}) {
+    SimplifyReport report, whole;
+    const Mesh low = simplify_reduced(*stream, reduced, {.max_error = bound}, report);
+    simplify(mesh, {.max_error = bound}, &whole);
+    EXPECT_EQ(report.input_faces, mesh.triangles.size());
+    EXPECT_LE(report.error, bound);
+    EXPECT_GT(report.error, 0.5 * bound);
+    EXPECT_LE(report.mean_error, report.error);
+    EXPECT_LE(deviation_of_vertices(mesh, low), 1.02 * bound);
+    EXPECT_LT(static_cast<double>(report.faces), 1.6 * static_cast<double>(whole.faces)) << bound;
+    EXPECT_EQ(report.faces, low.triangles.size());
+  }
+  // The reduction alone takes more than nine tenths of the bound.
+  const std::string refused = test::error_of([&] {
+    SimplifyReport report;
+    simplify_reduced(*stream, reduced, {.max_error = 1.05 * of_reduction}, report);
+  });
+  EXPECT_NE(refused.find("Allow a larger error"), std::string::npos) << refused;
 }
 
 TEST(StreamedSimplify, AJobMakesItsLowPolyFromChunks) {
@@ -272,7 +327,15 @@ TEST(StreamedSimplify, AJobMakesItsLowPolyFromChunks) {
   job.in_memory = true;
   test::leave_memory(std::uint64_t{440} << 20);
   const JobResult result = run(*test::device(), job);
+  // Within a deviation
   job.low = MakeLow{.max_error = "0.5%"};
+  test::leave_memory(std::uint64_t{440} << 20);
+  const JobResult within = run(*test::device(), job);
+  EXPECT_EQ(within.failure.text(), "");
+  EXPECT_NE(within.report.find("\"streamed\": true"), std::string::npos);
+  EXPECT_GT(within.low.triangles.size(), 100U);
+  EXPECT_LE(deviation_of_vertices(test::BumpySphere::dense(60000), within.low), 0.0055);
+  job.low = MakeLow{.max_error = "normal=10"};
   const std::string error = test::error_of([&] {
     test::leave_memory(std::uint64_t{100} << 20);
     run(*test::device(), job);
@@ -296,7 +359,7 @@ TEST(StreamedSimplify, AJobMakesItsLowPolyFromChunks) {
     const Vec3d at = to_double(p);
     EXPECT_NEAR(length(at), distance_to_bumpy_sphere(at), 0.03);
   }
-  EXPECT_NE(error.find("a LOW within an error needs the whole high poly in memory"),
+  EXPECT_NE(error.find("by rendered errors needs the whole high poly in memory: give LOW"),
             std::string::npos)
       << error;
 }

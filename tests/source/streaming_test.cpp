@@ -1,4 +1,5 @@
-// A high poly that is larger than memory: the maps have the bytes of a bake that holds all of it, for chunks of any size.
+// A high poly that is larger than memory: the maps have the bytes of a bake
+// that holds all of it, for chunks of any size.
 #include "bake/streaming.h"
 
 #include <gtest/gtest.h>
@@ -13,6 +14,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "asset/ply_stream.h"
@@ -58,8 +60,8 @@ void add(Mesh& to, const Mesh& other, const Vec3& by) {
   }
 }
 
-/// Sheets that lie on one another, some of them twice, with vertices where texels' centres are: nearly every search has
-/// several equal results.
+/// Sheets that lie on one another, some of them twice, with vertices where
+/// texels' centres are: nearly every search has several equal results.
 Mesh sheets() {
   Mesh mesh;
   Mesh sheet = test::plane(12, 12);
@@ -98,6 +100,16 @@ void expect_same(const BakeResult& expected, const BakeResult& result, const std
   EXPECT_EQ(expected.report.missed, result.report.missed) << what;
   EXPECT_EQ(expected.report.samples, result.report.samples) << what;
   EXPECT_EQ(expected.report.mean_abs_distance, result.report.mean_abs_distance) << what;
+  ASSERT_EQ(expected.report.errors.size(), result.report.errors.size()) << what;
+  for (std::size_t e = 0; e < result.report.errors.size(); ++e) {
+    const MapError &a = expected.report.errors[e], &b = result.report.errors[e];
+    EXPECT_EQ(a.kind.name, b.kind.name) << what;
+    EXPECT_EQ(a.texels, b.texels) << what << ", " << a.kind.name;
+    EXPECT_EQ(a.mean, b.mean) << what << ", " << a.kind.name;
+    EXPECT_EQ(a.rms, b.rms) << what << ", " << a.kind.name;
+    EXPECT_EQ(a.p95, b.p95) << what << ", " << a.kind.name;
+    EXPECT_EQ(a.max, b.max) << what << ", " << a.kind.name;
+  }
   for (std::size_t m = 0; m < expected.maps.size(); ++m) {
     const std::vector<float>&a = expected.maps[m].image.pixels, &b = result.maps[m].image.pixels;
     ASSERT_EQ(a.size(), b.size()) << what;
@@ -164,7 +176,8 @@ void expect_same_for_chunks(const Mesh& high, const Mesh& low,
   }
 }
 
-/// Rays by either rule, nearest points, and rays with nearest points as their fallback.
+/// Rays by either rule, nearest points, and rays with nearest points as their
+/// fallback.
 std::vector<BakeOptions> matches(std::uint32_t size, bool colors, double distance) {
   std::vector<BakeOptions> all(5, options_for(size, colors));
   for (BakeOptions& options : all) options.match.max_distance = Length::absolute(distance);
@@ -201,7 +214,8 @@ TEST(Streaming, NormalsAreSmoothOverSplitVertices) {
   expect_same_for_chunks(high, test::BumpySphere::light(), {options_for(64, false)}, {300});
 }
 
-// Where a chunk has many more triangles than samples, those near the samples are selected first.
+// Where a chunk has many more triangles than samples, those near the samples
+// are selected first.
 TEST(Streaming, MapsOfFewSamplesAreTheSameForAllChunks) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(30000);
@@ -286,6 +300,52 @@ TEST(Streaming, OpenSheetsAndHardEdgesSearchAsInOnePiece) {
   expect_same_for_chunks(high, test::cube(0.8), {far, matches(96, false, 0.3)[0]}, {200, 1000});
 }
 
+/// Finer samples are matched like those of the maps.
+TEST(Streaming, MeasuredErrorsAreTheSameForAllChunks) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(6000);
+  paint(high);
+  std::vector<BakeOptions> all = matches(64, true, 0.15);
+  all.push_back(all[3]);  // samples that miss, several a texel
+  all.back().samples = 2;
+  for (BakeOptions& options : all) options.report.errors = true;
+  expect_same_for_chunks(high, test::BumpySphere::light(), all,
+                         {high.triangles.size(), high.triangles.size() / 7, 100});
+  // 16 times as many samples are several bands
+  BakeOptions large = options_for(512, false);
+  large.report.errors = true;
+  high = test::BumpyTorus::dense(5000, true);
+  expect_same_for_chunks(high, test::torus(40, 20), {large}, {3000, 700});
+}
+
+/// The compared texels of all bands are matched together, so that the high poly
+/// is read once more.
+TEST(Streaming, MeasuringErrorsReadsEachChunkOnce) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  const fs::path file = save_ply(test::BumpySphere::dense(2000), folder);
+  const Source source = streamed_source(
+      *test::device(), std::make_shared<const ChunkedMesh>(
+                           stream_ply(file), ChunkOptions{.triangles = 700, .folder = folder}));
+  BakeOptions options = options_for(512, false);
+  options.match.ray.rule = RayRule::nearest;  // one search a band
+  std::size_t chunks = 0;
+  std::string last;
+  options.progress = [&](double, std::string_view stage) {
+    if (stage.starts_with("matching chunk") && stage != last) ++chunks;
+    last = stage;
+    return true;
+  };
+  bake(source, test::BumpySphere::light(), options);
+  const std::size_t of_maps = std::exchange(chunks, 0);
+  options.report.errors = true;
+  const BakeResult result = bake(source, test::BumpySphere::light(), options);
+  EXPECT_FALSE(result.report.errors.empty());
+  // The samples are four bands and more.
+  EXPECT_GT(chunks, of_maps);
+  EXPECT_LE(chunks, 3 * of_maps);
+}
+
 TEST(Streaming, TheFileIsReusedUntilTheMeshChanges) {
   const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
   Mesh high = test::BumpySphere::dense(500);
@@ -307,7 +367,8 @@ TEST(Streaming, TheFileIsReusedUntilTheMeshChanges) {
   EXPECT_FALSE(open().was_sorted_before());
   EXPECT_EQ(files(), 3);
 
-  // Files that nobody has used for a month go when another one is written; younger ones stay.
+  // Files that nobody has used for a month go when another one is written;
+  // younger ones stay.
   const auto now = fs::file_time_type::clock::now();
   std::vector<fs::path> all;
   for (const auto& entry : fs::directory_iterator(cache)) all.push_back(entry.path());
@@ -423,12 +484,14 @@ TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
   stream_ply(save_ply(mesh, folder))->read_colors(0, colors);
   EXPECT_EQ(colors, mesh.colors);
   // With alpha, in another order of the channels.
-  std::string text =
-      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) +
-      "\nproperty uchar alpha\nproperty uchar blue\nproperty float x\nproperty float "
-      "y\nproperty float z\nproperty uchar red\nproperty uchar green\nelement face " +
-      std::to_string(mesh.triangles.size()) +
-      "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                     std::to_string(count) +
+                     "\nproperty uchar alpha\nproperty uchar blue\nproperty "
+                     "float x\nproperty float "
+                     "y\nproperty float z\nproperty uchar red\nproperty uchar "
+                     "green\nelement face " +
+                     std::to_string(mesh.triangles.size()) +
+                     "\nproperty list uchar int vertex_indices\nend_header\n";
   for (std::size_t v = 0; v < count; ++v) {
     mesh.colors[v][3] = static_cast<std::uint8_t>(40 * v);
     const MeshStream::Color& c = mesh.colors[v];

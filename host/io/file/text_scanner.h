@@ -18,12 +18,15 @@ class TextScanner {
   /// \param comment       a word that begins with this character is a comment; 0: there are no
   ///   comments
   /// \param continuation  true: a backslash at the end of a line joins it with the next line
-  explicit TextScanner(std::string_view text, char comment = 0, bool continuation = false)
+  /// \param line  number of the text's first line
+  explicit TextScanner(std::string_view text, char comment = 0, bool continuation = false,
+                       std::uint64_t line = 1)
       : at_(text.data()),
         begin_(at_),
         end_(at_ + text.size()),
         comment_(comment),
-        continuation_(continuation) {}
+        continuation_(continuation),
+        line_(line) {}
 
   std::uint64_t line() const { return line_; }
   std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
@@ -125,7 +128,7 @@ class TextScanner {
   const char* end_;
   char comment_;
   bool continuation_;
-  std::uint64_t line_ = 1;
+  std::uint64_t line_;
 };
 
 /// Parses the non-finite numbers that Microsoft's C library writes, such as "1.#INF00" and

@@ -75,7 +75,6 @@ void warn_of_uv_excess(const SimplifyReport& report, std::uint32_t size,
 
 /// Explains which argument needs a high poly in memory; empty if none does.
 Message find_streaming_obstacle(const SimplifyArguments& arguments) {
-  if (arguments.faces == 0) return explain_error_bound_need("give " + option("faces"));
   if (arguments.keep_uvs) return explain_whole_mesh_need("--keep-uvs");
   if (arguments.hull) return explain_whole_mesh_need("--hull");
   if (arguments.clean == CleanHigh::all) return explain_whole_mesh_need("--clean all");
@@ -114,9 +113,9 @@ int run_simplify(const SimplifyArguments& arguments) {
   };
   const std::shared_ptr<const MeshStream> streamed = [&] {
     ProgressGuard progress_guard(reading);
-    return open_larger_than_memory(arguments.high, kMemoryToSimplify, [&](const LargeFile&) {
-      return find_streaming_obstacle(arguments);
-    });
+    return open_larger_than_memory(
+        arguments.high, kMemoryToSimplify, {arguments.load.triangulation, arguments.keep_hulls},
+        [&](const LargeFile&) { return find_streaming_obstacle(arguments); });
   }();
   if (streamed != nullptr) {
     ProgressGuard progress_guard(reading);
@@ -144,8 +143,8 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_parts = arguments.keep_parts;
   options.fit_normals =
       false;  // normals are fitted after the unwrap, which decides where seams are
-  const Mesh simplified = simplify(high, options, &report);
-  if (streamed != nullptr) measure_deviation(*streamed, simplified, report);
+  const Mesh simplified = streamed != nullptr ? simplify_reduced(*streamed, high, options, report)
+                                              : simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   const UnwrapOptions layout =
