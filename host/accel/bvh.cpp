@@ -117,12 +117,7 @@ class Builder {
         piece_ranges[piece] = range;
       }
     });
-    if (bad_index < count) {
-      throw Error(ErrorCode::input, "Triangle " + std::to_string(bad_index) +
-                                        " has a vertex index beyond the mesh's " +
-                                        std::to_string(positions_.size()) +
-                                        " vertices. Repair the mesh's indices.");
-    }
+    if (bad_index < count) throw_bad_index(bad_index, positions_.size());
     Range all;
     for (const Range& range : piece_ranges) {
       if (all.end != range.begin) {
@@ -380,12 +375,21 @@ class Builder {
 
 }  // namespace
 
+void bvh::throw_bad_index(std::size_t triangle, std::size_t position_count) {
+  throw Error(ErrorCode::input,
+              "Triangle " + std::to_string(triangle) + " has a vertex index beyond the mesh's " +
+                  std::to_string(position_count) + " vertices. Repair the mesh's indices.");
+}
+
+void bvh::require_supported_count(std::size_t triangle_count) {
+  if (triangle_count < KILN_BVH_LEAF) return;
+  throw Error(ErrorCode::input, "The mesh has " + std::to_string(triangle_count) +
+                                    " triangles; at most 2147483647 are supported. Split it.");
+}
+
 TreeParts bvh::build_parts(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                            bool merge) {
-  if (triangles.size() >= KILN_BVH_LEAF) {
-    throw Error(ErrorCode::input, "The mesh has " + std::to_string(triangles.size()) +
-                                      " triangles; at most 2147483647 are supported. Split it.");
-  }
+  require_supported_count(triangles.size());
   return Builder(positions, triangles, merge).build();
 }
 

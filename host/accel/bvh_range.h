@@ -190,4 +190,9 @@ class Merger {
   bool removes_duplicates_;
 };
 
+/// \throws Error(input): the triangle has an index beyond the positions
+[[noreturn]] void throw_bad_index(std::size_t triangle, std::size_t position_count);
+/// \throws Error(input) if there are more triangles than leaves can name
+void require_supported_count(std::size_t triangle_count);
+
 }  // namespace kiln::bvh

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/formatted.h"
+#include "cl/tuning.h"
 #include "kiln/error.h"
 #include "shared/closest.h"
 
@@ -50,6 +51,8 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
                        tree_->defines(is_scalar         ? "-DKILN_CLOSEST_SCALAR=1"
                                       : searches_singly ? "-DKILN_CLOSEST_SINGLE=1"
                                                         : ""));
+  const std::size_t local_size = context_->group_size(kernel, context_->tuning().closest_group,
+                                                      is_scalar ? kScalarLocalSize : kRunLocalSize);
   kiln_closest_params params{};
   params.max_distance = query.max_distance;
   params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;
@@ -60,9 +63,8 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
     params.first = first;
     params.end = first + std::min(count - first, kSamplesPerLaunch);
     const std::size_t items = (params.end - first + samples_per_item - 1) / samples_per_item;
-    context_->launch(kernel, items, is_scalar ? kScalarLocalSize : kRunLocalSize, params,
-                     tree_->nodes, tree_->blocks, points, result.triangle, result.barycentric,
-                     result.distance, result.status);
+    context_->launch(kernel, items, local_size, params, tree_->nodes, tree_->blocks, points,
+                     result.triangle, result.barycentric, result.distance, result.status);
   }
 }
 

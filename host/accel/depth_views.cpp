@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "cl/tuning.h"
+
 namespace kiln {
 namespace {
 
@@ -98,10 +100,11 @@ void DepthViews::match(const cl::Array<float>& points, std::uint32_t count, std:
                        DeviceCorrespondence& result) const {
   kiln_views_params values = params(count, capacity, query);
   values.result_capacity = result.capacity;
-  context_.launch(context_.kernel("views", "kiln_views_match"), count, kLocal, values,
-                  device_views_, batch_keys_.keys, batch_keys_.drawn, rasterizer_.triangles(),
-                  rasterizer_.positions(), points, score, result.triangle, result.barycentric,
-                  result.distance, result.status);
+  const cl::Kernel kernel = context_.kernel("views", "kiln_views_match");
+  context_.launch(kernel, count, context_.group_size(kernel, context_.tuning().view_group, kLocal),
+                  values, device_views_, batch_keys_.keys, batch_keys_.drawn,
+                  rasterizer_.triangles(), rasterizer_.positions(), points, score, result.triangle,
+                  result.barycentric, result.distance, result.status);
 }
 
 void DepthViews::probe(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,

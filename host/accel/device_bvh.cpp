@@ -1,11 +1,14 @@
 #include "accel/device_bvh.h"
 
 #include <chrono>
+#include <optional>
 #include <span>
 #include <utility>
 
+#include "accel/bvh_device.h"
 #include "accel/bvh_nodes.h"
 #include "base/system_memory.h"
+#include "cl/tuning.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -40,6 +43,23 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   const auto start = Clock::now();
   // Otherwise the allocator would keep memory that was freed after loading and repairs while the tree is built.
   if (triangles.size() >= kMinTrianglesToTrim) os::return_free_blocks();
+  if (!keep && triangles.size() >= context.tuning().min_device_build_triangles) {
+    if (std::optional<bvh::DeviceParts> parts =
+            bvh::build_on_device(context, positions, triangles)) {
+      nodes = std::move(parts->nodes);
+      blocks = std::move(parts->blocks);
+      stats.triangles = parts->triangles;
+      stats.skipped = parts->skipped;
+      stats.duplicates = parts->duplicates;
+      stats.leaves_per_line = parts->leaves_per_line;
+      stats.built_on_device = true;
+      stats.upload_seconds = parts->upload_seconds;
+      stats.build_seconds = seconds_since(start) - stats.upload_seconds;
+      stats.nodes = nodes.size();
+      stats.bytes = nodes.buffer().bytes() + blocks.buffer().bytes();
+      return;
+    }
+  }
   bvh::TreeParts parts = bvh::build_parts(positions, triangles, !keep);
   stats.build_seconds = seconds_since(start);
   stats.triangles = parts.triangles;

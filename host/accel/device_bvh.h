@@ -26,7 +26,8 @@ enum class Traversal {
 /// Resolves `automatic` and `cpu` for a device; never returns `automatic`.
 Traversal choose_traversal(const cl::Context& context, Traversal requested);
 
-/// A bounding volume hierarchy, built on the host and uploaded. Immutable except for refit().
+/// A bounding volume hierarchy in the device's memory. Immutable except for refit(). The host builds it, or the device
+/// where Tuning says so; results of searches do not depend on it.
 struct Tree {
   /// \param positions  in the working frame: about unit size
   /// \throws Error(device) if the device has too little memory
@@ -42,6 +43,7 @@ struct Tree {
     std::uint64_t nodes = 0;
     std::uint64_t bytes = 0;     ///< Size on the device
     double leaves_per_line = 0;  ///< Copy of Bvh::leaves_per_line
+    bool built_on_device = false;
     double build_seconds = 0;
     double upload_seconds = 0;
   };

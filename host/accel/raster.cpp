@@ -6,6 +6,7 @@
 
 #include "accel/raster_chunks.h"
 #include "base/parallel.h"
+#include "cl/tuning.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -196,8 +197,10 @@ void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
   for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
     for (std::uint32_t first = 0; first < triangle_count_; first += kItemsPerLaunch) {
       const std::uint32_t batch_count = std::min(kItemsPerLaunch, triangle_count_ - first);
-      context_.launch(kernel("kiln_raster_small"), batch_count, kLocal, view, first, batch_count,
-                      pass, triangles_, projected_, keys.keys, queue_size_, queue_);
+      const cl::Kernel small = kernel("kiln_raster_small");
+      context_.launch(
+          small, batch_count, context_.group_size(small, context_.tuning().raster_group, kLocal),
+          view, first, batch_count, pass, triangles_, projected_, keys.keys, queue_size_, queue_);
     }
     context_.launch(kernel("kiln_raster_large"), kLocal * KILN_RASTER_BANDS, kLocal, view, pass,
                     triangles_, projected_, keys.keys, queue_size_, queue_);

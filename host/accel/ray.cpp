@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "cl/tuning.h"
 #include "kiln/error.h"
 #include "shared/ray.h"
 
@@ -20,8 +21,9 @@ constexpr std::uint32_t kRaysPerBeam = 64;
 // per ray. By processor time, streams took 0.28 as long with 1.2 triangles per ray, 0.63 with 0.15, 0.93 with 0.04, and
 // 1.18 with 0.01.
 constexpr double kMinTrianglesPerRayForStreams = 0.025;
-// Work-group size of the stream kernels, chosen so that a work-group traces as many rays as one of the beam kernel.
-constexpr std::size_t kStreamLocalSize = kLocalSize * kRaysPerBeam / KILN_RAY_STREAM_BLOCK;
+// Number of beams that have as many rays as a block of the stream kernels: a work-group of these traces as many rays as
+// one of the beam kernel.
+constexpr std::size_t kBeamsPerStreamBlock = KILN_RAY_STREAM_BLOCK / kRaysPerBeam;
 // Work-group size of the any-hit stream kernel; each work-item casts one block of rays.
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0 &&
@@ -74,10 +76,11 @@ struct RayCaster::Impl {
 
   template <typename... Results>
   void launch(const std::string& family, const std::string& name,
-              const std::string& program_defines, std::size_t local_size,
-              std::uint32_t rays_per_item, kiln_ray_params params, std::uint32_t count,
-              const cl::Array<float>& points, const Results&... results) {
+              const std::string& program_defines, std::uint32_t tuned_size,
+              std::size_t default_size, std::uint32_t rays_per_item, kiln_ray_params params,
+              std::uint32_t count, const cl::Array<float>& points, const Results&... results) {
     const cl::Kernel kernel = context->kernel(family, name, program_defines);
+    const std::size_t local_size = context->group_size(kernel, tuned_size, default_size);
     for (std::uint32_t first = 0; first < count; first += params.end - first) {
       params.first = first;
       params.end = first + std::min(count - first, kRaysPerLaunch);
@@ -112,12 +115,15 @@ void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
   const bool gpu = impl_->traversal == Traversal::gpu;
   const bool traces_streams = impl_->traversal == Traversal::cpu &&
                               query.triangles_per_ray >= kMinTrianglesPerRayForStreams;
+  const std::uint32_t tuned = impl_->context->tuning().ray_group;
+  constexpr std::uint32_t kBeams = kBeamsPerStreamBlock;
   impl_->launch(traces_streams ? "ray_stream" : "ray",
                 gpu              ? "kiln_ray_closest_scalar"
                 : traces_streams ? "kiln_ray_closest_stream"
                                  : "kiln_ray_closest_beam",
                 traces_streams ? impl_->tree->defines() : impl_->defines,
-                traces_streams ? kStreamLocalSize : kLocalSize,
+                traces_streams && tuned != 0 ? std::max(tuned / kBeams, 1U) : tuned,
+                traces_streams ? kLocalSize / kBeams : kLocalSize,
                 gpu              ? 1
                 : traces_streams ? KILN_RAY_STREAM_BLOCK
                                  : kRaysPerBeam,
@@ -136,7 +142,8 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                 traces_streams                       ? "kiln_occlusion_any_stream"
                 : impl_->traversal == Traversal::gpu ? "kiln_occlusion_any_scalar"
                                                      : "kiln_occlusion_any_wide",
-                impl_->defines, traces_streams ? kOcclusionLocalSize : kLocalSize,
+                impl_->defines, impl_->context->tuning().occlusion_group,
+                traces_streams ? kOcclusionLocalSize : kLocalSize,
                 traces_streams ? KILN_OCCLUSION_BLOCK : 1, impl_->params(query, capacity, capacity),
                 count, points, hit);
 }

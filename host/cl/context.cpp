@@ -15,6 +15,7 @@
 #include "cl/driver.h"
 #include "cl/kernel_folder.h"
 #include "cl/program.h"
+#include "cl/tuning.h"
 #include "kiln/limits.h"
 
 namespace kiln::ocl {
@@ -136,7 +137,10 @@ Buffer::~Buffer() {
 }
 
 Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
-    : info_(std::move(info)), binaries_(binaries_of(device, info_)), device_(device) {
+    : info_(std::move(info)),
+      tuning_(std::make_unique<Tuning>(load_tuning(info_))),
+      binaries_(binaries_of(device, info_)),
+      device_(device) {
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
                                               reinterpret_cast<cl_context_properties>(platform), 0};
   cl_int status = CL_SUCCESS;
@@ -168,6 +172,7 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
 
 Context::Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info)
     : info_(std::move(info)),
+      tuning_(std::make_unique<Tuning>(load_tuning(info_))),
       binaries_(binaries_of(device, info_)),
       device_(device),
       context_(context),
@@ -192,6 +197,23 @@ Context::~Context() {
   programs_.clear();
   release([&] { clReleaseCommandQueue(queue_); });
   release([&] { clReleaseContext(context_); });
+}
+
+void Context::set_tuning(const Tuning& tuning) { *tuning_ = tuning; }
+
+std::size_t Context::group_size(const Kernel& kernel, std::uint32_t tuned,
+                                std::size_t default_size) const {
+  if (tuned == 0) return default_size;
+  std::size_t largest = 0;
+  check(driver([&] {
+          return clGetKernelWorkGroupInfo(kernel.get(), device_, CL_KERNEL_WORK_GROUP_SIZE,
+                                          sizeof largest, &largest, nullptr);
+        }),
+        "Querying " + kernel.name());
+  // PoCL reports 4096 for every kernel, but keeps the private arrays of all work-items of a group on a thread's stack.
+  constexpr std::size_t kMaxProcessorGroup = kLocal;
+  if (!info_.is_gpu) largest = std::min(largest, kMaxProcessorGroup);
+  return std::min<std::size_t>(tuned, std::max<std::size_t>(largest, 1));
 }
 
 namespace {

@@ -43,6 +43,7 @@ namespace kiln::ocl {
 void check(cl_int status, std::string_view what);
 
 class BinaryCache;
+struct Tuning;
 
 /// Owns device memory, in bytes. Array is the typed interface.
 class Buffer {
@@ -148,6 +149,14 @@ class KILN_HIDDEN Context {
   cl_command_queue queue() const { return queue_; }
   cl_device_id device() const { return device_; }
 
+  /// Choices that change speed, not results.
+  const Tuning& tuning() const { return *tuning_; }
+  /// Replaces them. No other thread may use the context meanwhile.
+  void set_tuning(const Tuning& tuning);
+  /// The work-group size of a kernel: a tuned one, if it is not 0, as far as the device can run the kernel with it, else
+  /// the default.
+  std::size_t group_size(const Kernel& kernel, std::uint32_t tuned, std::size_t default_size) const;
+
   /// Returns a kernel, given its program family ("ray" for kernels/accel/ray.cl) and full name. The program is
   /// built at its first use and cached. `defines` holds -D options that change the code's shape.
   /// \throws Error(device) with the whole build log
@@ -252,6 +261,7 @@ class KILN_HIDDEN Context {
   void unmap(const Buffer& buffer, void* data);
 
   DeviceInfo info_;
+  std::unique_ptr<Tuning> tuning_;
   std::unique_ptr<const BinaryCache> binaries_;
   cl_device_id device_ = nullptr;
   cl_context context_ = nullptr;

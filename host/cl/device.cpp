@@ -15,6 +15,7 @@
 #include "cl/driver.h"
 #include "cl/driver_state.h"
 #include "cl/kernel_folder.h"
+#include "cl/tuning.h"
 #include "kiln/version.h"
 
 namespace kiln {
@@ -234,7 +235,11 @@ const char* version() noexcept {
   return KILN_DOTTED(KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH);
 }
 
-std::vector<Warning> kernel_folder_warnings() { return cl::kernel_folder().warnings; }
+std::vector<Warning> kernel_folder_warnings() {
+  std::vector<Warning> warnings = cl::kernel_folder().warnings;
+  for (Warning& warning : cl::tuning_warnings()) warnings.push_back(std::move(warning));
+  return warnings;
+}
 
 bool may_deadlock(const DeviceInfo& info) {
   return is_pocl(info) && info.name.starts_with("basic");

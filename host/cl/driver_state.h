@@ -21,7 +21,8 @@ bool in_driver() noexcept;
 /// characters; null if there is none. Async-signal-safe.
 const char* running_own_map() noexcept;
 
-/// Warnings about the folder of compiled kernels (`kernel-folder`), which each Source repeats.
+/// Warnings about the folder of compiled kernels (`kernel-folder`), and about tables of tuning in it that were ignored
+/// so far (`tuning`). Each Source repeats them.
 std::vector<Warning> kernel_folder_warnings();
 
 /// True for PoCL's driver `basic`: it runs kernels on the waiting thread, and several waiting threads can deadlock.

@@ -9,7 +9,7 @@
 #include "base/byte_hash.h"
 #include "base/option.h"
 #include "base/progress_guard.h"
-#include "cl/kernel_folder.h"
+#include "cl/driver_state.h"
 #include "kiln/validate.h"
 #include "mesh/curvature.h"
 #include "mesh/kernels_shared.h"
@@ -99,7 +99,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       objects{high.objects, high.object_names} {
   if (bounds) check_within_bounds(high, positions);
   cl::Context& context = context_of(device);
-  warnings = cl::kernel_folder().warnings;
+  warnings = kernel_folder_warnings();
   const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));
   stats_.triangles = triangles.size();
@@ -157,7 +157,7 @@ Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh
     : device(opened),
       frame(mesh->frame()),
       traversal(wanted),
-      warnings(cl::kernel_folder().warnings),
+      warnings(kernel_folder_warnings()),
       chunks_(std::make_shared<LoadedChunks>(context_of(opened), std::move(mesh))) {
   const ChunkedMesh& chunked = chunks_->mesh();
   const ChunkSummary& summary = chunked.summary();

@@ -264,5 +264,59 @@ TEST(Command, DevicesSaysWhatMatters) {
   EXPECT_FALSE(list.empty());
 }
 
+/// What was measured is printed, stored, and used by later runs; a damaged file is named.
+TEST(Command, DevicesCanBeTuned) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path cache = test::scratch_folder();
+  fs::permissions(cache, fs::perms(0700));
+  test::ProcessOptions options;
+  options.environment = {{"POCL_CACHE_DIR", cache},
+                         {"KILN_DEVICE", std::to_string(test::device()->info().index)}};
+  const ProcessResult tuned =
+      test::run_kiln({"devices", "--tune", "--tune-faces", "2000", "--json"}, options);
+  ASSERT_EQ(tuned.exit_code, 0) << tuned.errors;
+  const auto report = nlohmann::json::parse(tuned.output);
+  EXPECT_EQ(report["device"], test::device()->info().name);
+  EXPECT_EQ(report["builds"].size(), 4U);
+  for (const auto& trial : report["builds"]) {
+    for (const char* key : {"host_build_seconds", "host_rays_seconds", "device_build_seconds",
+                            "device_rays_seconds"}) {
+      EXPECT_GT(trial[key], 0) << key;
+    }
+  }
+  EXPECT_GE(report["groups"].size(), 16U);  // four families with four sizes; five on GPUs
+  const fs::path file = report["file"].get<std::string>();
+  ASSERT_TRUE(fs::exists(file));
+  std::ifstream in(file);
+  const auto stored = nlohmann::json::parse(in);
+  for (const auto& [key, value] : stored.items()) EXPECT_EQ(report[key], value) << key;
+  EXPECT_EQ(stored.size(), 10U);
+
+  const ProcessResult table =
+      test::run_kiln({"devices", "--tune", "--tune-faces", "1000"}, options);
+  EXPECT_EQ(table.exit_code, 0) << table.errors;
+  for (const char* word : {"960 triangles", "nearest points", "match by views", "stored in"})
+    EXPECT_NE(table.output.find(word), std::string::npos) << word << "\n" << table.output;
+
+  const ProcessResult sound = test::run_kiln({"devices"}, options);
+  EXPECT_EQ(sound.errors.find("tuning"), std::string::npos) << sound.errors;
+  std::ofstream(file) << "damaged";
+  const ProcessResult damaged = test::run_kiln({"devices"}, options);
+  EXPECT_EQ(damaged.exit_code, 0);
+  EXPECT_NE(damaged.errors.find(file.string()), std::string::npos) << damaged.errors;
+}
+
+TEST(Command, DevicesRefusesOptionsThatNeedOthers) {
+  const auto refused = [](const std::vector<std::string>& words) {
+    const ProcessResult result = call_kiln(words);
+    EXPECT_EQ(result.exit_code, 2);
+    return result.errors;
+  };
+  EXPECT_NE(refused({"devices", "--tune", "--warm"}).find("exclude each other"), std::string::npos);
+  EXPECT_NE(refused({"devices", "--tune-faces", "2000"}).find("--tune"), std::string::npos);
+  EXPECT_NE(refused({"devices", "--device", "0"}).find("--warm or --tune"), std::string::npos);
+  EXPECT_NE(refused({"devices", "--tune", "--tune-faces", "10"}).find("1000"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -52,6 +52,12 @@ void add_memory_option(Command& app) {
 }
 
 void check_environment() {
+  const char* const builder = std::getenv("KILN_BVH_BUILDER");
+  if (builder != nullptr && std::string_view(builder) != "host" &&
+      std::string_view(builder) != "device") {
+    throw UsageError("KILN_BVH_BUILDER is '" + std::string(builder) +
+                     "': set it to 'host' or 'device', or unset it");
+  }
   const char* threads = std::getenv("KILN_THREADS");
   if (threads == nullptr) return;
   char* end = nullptr;

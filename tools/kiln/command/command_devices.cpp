@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "accel/tune.h"
 #include "arguments/command_options.h"
 #include "base/file.h"
 #include "base/stopwatch.h"
 #include "cl/driver_state.h"
 #include "cl/kernel_folder.h"
+#include "cl/tuning.h"
 #include "commands.h"
 #include "job/describe.h"
 #include "kiln/job.h"
@@ -127,14 +129,102 @@ int warm_kernel_cache(const std::string& device, const std::vector<std::string>&
   return 0;
 }
 
+std::string milliseconds(double seconds) { return formatted("%.2f", seconds * 1000); }
+
+std::string group_words(std::uint32_t size) { return size == 0 ? "default" : std::to_string(size); }
+
+/// Prints what was measured as tables.
+void print_measurements(const tune::Result& result) {
+  std::printf("%-20s %12s %12s %12s %12s\n", "BVH (ms)", "host: build", "rays", "device: build",
+              "rays");
+  for (const tune::BuildTrial& trial : result.builds) {
+    std::printf("%-20s %12s %12s %12s %12s  %s\n",
+                (std::to_string(trial.triangles) + " triangles").c_str(),
+                milliseconds(trial.host_build).c_str(), milliseconds(trial.host_rays).c_str(),
+                trial.can_device_build ? milliseconds(trial.device_build).c_str() : "-",
+                trial.can_device_build ? milliseconds(trial.device_rays).c_str() : "-",
+                trial.is_device_faster() ? "device" : "host");
+  }
+  std::printf("%-20s %s\n", "kernels (ms)", "work-group size: time");
+  for (const tune::GroupTrial& trial : result.groups) {
+    std::string row;
+    for (std::size_t i = 0; i < trial.sizes.size(); ++i)
+      row += group_words(trial.sizes[i]) + ": " + milliseconds(trial.seconds[i]) + "  ";
+    std::printf("%-20s %s-> %s\n", trial.name.c_str(), row.c_str(),
+                group_words(trial.best).c_str());
+  }
+}
+
+/// The measurements and the choices. \param file  of the choices
+Json describe_tuning(const DeviceInfo& device, const tune::Result& result,
+                     const std::filesystem::path& file) {
+  Json report = Json::parse(ocl::format_tuning(device, result.tuning));
+  report["file"] = file.string();
+  report["builds"] = Json::array();
+  for (const tune::BuildTrial& trial : result.builds) {
+    Json row = Json::object();
+    row["triangles"] = trial.triangles;
+    row["host_build_seconds"] = trial.host_build;
+    row["host_rays_seconds"] = trial.host_rays;
+    row["device_build_seconds"] = trial.can_device_build ? Json(trial.device_build) : Json();
+    row["device_rays_seconds"] = trial.can_device_build ? Json(trial.device_rays) : Json();
+    row["builder"] = trial.is_device_faster() ? "device" : "host";
+    report["builds"].push_back(row);
+  }
+  report["groups"] = Json::array();
+  for (const tune::GroupTrial& trial : result.groups) {
+    for (std::size_t i = 0; i < trial.sizes.size(); ++i) {
+      Json row = Json::object();
+      row["kernels"] = trial.key;
+      row["size"] = trial.sizes[i] == 0 ? Json() : Json(trial.sizes[i]);
+      row["seconds"] = trial.seconds[i];
+      report["groups"].push_back(row);
+    }
+  }
+  return report;
+}
+
+/// Measures a device, and stores the fastest choices, which later runs use.
+int tune_device(const std::string& selector, std::uint32_t faces, bool json) {
+  const Device device = Device::open(selector);
+  Console console(/*quiet=*/false, json ? "-" : "");
+  std::vector<std::string> stages;
+  constexpr double kStages = 9;  // on GPUs; CPUs have one less
+  const tune::Result result = tune::measure(context_of(device), faces, [&](std::string_view stage) {
+    stages.emplace_back(stage);
+    if (!console.progress(static_cast<double>(stages.size() - 1) / kStages, stage))
+      throw Error(ErrorCode::cancelled, "Cancelled.");
+  });
+  console.progress(1, "");
+  ocl::store_tuning(device.info(), result.tuning);
+  const std::filesystem::path file = ocl::tuning_file(device.info());
+  for (const Warning& warning : kernel_folder_warnings()) {
+    // A file that was ignored is replaced now.
+    if (warning.code != "tuning") console.warning(warning.message);
+  }
+  if (json) {
+    std::fputs(to_text(describe_tuning(device.info(), result, file)).c_str(), stdout);
+    return 0;
+  }
+  print_measurements(result);
+  const std::uint64_t triangles = result.tuning.min_device_build_triangles;
+  console.line(device.info().name + ": " +
+               (triangles == ocl::Tuning::kNever ? std::string("the host builds every BVH")
+                                                 : "the device builds BVHs of at least " +
+                                                       std::to_string(triangles) + " triangles") +
+               "; stored in '" + file.string() + "'");
+  return 0;
+}
+
 }  // namespace
 
 Run add_devices(Command& app) {
   Command* command = app.add_command("devices", "List the OpenCL devices");
   struct Arguments {
-    bool json = false, warm = false;
+    bool json = false, warm = false, tune = false;
     std::vector<std::string> maps;
     std::string device;
+    std::uint32_t tune_faces = 500000;
   };
   auto arguments = std::make_shared<Arguments>();
   const OptionRow rows[] = {
@@ -145,13 +235,25 @@ Run add_devices(Command& app) {
       {.flag = "--maps",
        .value = texts(KILN_MEMBER(Arguments, maps), ','),
        .help = "With --warm: maps whose kernels are compiled (default: normal)"},
+      {.flag = "--tune",
+       .value = toggle(KILN_MEMBER(Arguments, tune)),
+       .help =
+           "Measure which builder and work-group sizes are the fastest, and use them from now on"},
+      {.flag = "--tune-faces",
+       .value = whole(KILN_MEMBER(Arguments, tune_faces), 1000, 20000000),
+       .help = "Triangles of the largest mesh that is measured (default: 500000)",
+       .needs = "--tune"},
       device_row<Arguments>("")};
   add_options(*command, rows, arguments.get());
   return [arguments] {
     refuse_if(!arguments->warm && !arguments->maps.empty(), "--maps needs --warm: add it.");
-    refuse_if(!arguments->warm && !arguments->device.empty(),
-              "--device needs --warm: without it, all devices are listed.");
+    refuse_if(!arguments->warm && !arguments->tune && !arguments->device.empty(),
+              "--device needs --warm or --tune: without them, all devices are listed.");
+    refuse_if(arguments->warm && arguments->tune, "--warm and --tune exclude each other.");
     refuse_if(arguments->warm && arguments->json, "--warm writes no JSON: leave --json out.");
+    if (arguments->tune) {
+      return tune_device(arguments->device, arguments->tune_faces, arguments->json);
+    }
     if (arguments->warm) return warm_kernel_cache(arguments->device, arguments->maps);
     const std::vector<DeviceInfo> devices = list_devices();
     if (arguments->json) {
