@@ -22,16 +22,16 @@ std::string names_of(const Has& has) {
 
 TEST(MapRows, StateWhatAMapReads) {
   EXPECT_EQ(names_of([](const MapRow& row) { return row.supports_streaming; }),
-            "normal mask height displacement distance provenance wireframe position slope "
-            "color vertex_color normal_object normal_face");
+            "normal ao bent_normal thickness mask height displacement distance provenance "
+            "wireframe position slope color vertex_color shadow normal_object normal_face");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.reads_around; }),
             "ao bent_normal thickness shadow");
   // A session bakes all others only where normals, colours or UVs change.
   EXPECT_EQ(names_of([](const MapRow& row) { return !row.follows_positions; }),
             "normal mask uv slope vertex_color normal_object normal_face");
-  // What reads around a point cannot do with the matched triangles alone.
+  // What reads around a point cannot do with the matched triangles alone: these cast rays at all chunks.
   EXPECT_EQ(names_of([](const MapRow& row) { return row.supports_streaming && row.reads_around; }),
-            "");
+            "ao bent_normal thickness shadow");
 }
 
 TEST(MapRows, StateWhatValuesAre) {

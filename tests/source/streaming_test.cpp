@@ -139,8 +139,8 @@ std::vector<BakeOptions> occlusions(std::uint32_t size, const Mesh& other) {
   all[2].maps = {find_map("ao").kind};
   all[2].occlusion.max_error = 1;
   all[3].maps = {find_map("ao").kind};
-  all[3].occlusion.max_error = 1;
-  all[3].samples = 2;
+  all[3].occlusion.max_error = 0.01;
+  all[3].report.errors = true;
   all[4].occlusion.by_low = true;
   all[4].occlusion.by_others = {&other};
   all[4].encoding.miss = MissPolicy::keep;
