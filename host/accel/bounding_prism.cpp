@@ -79,9 +79,9 @@ struct PlanePoint {
 };
 double cross2(const PlanePoint& a, const PlanePoint& b) { return a.x * b.y - a.y * b.x; }
 
-/// Normals of the candidate sides, in the plane of e and f. kEvenSides of them are spaced evenly relative to the
-/// spread of the corners, so that slivers get as many as compact shapes; the others are parallel to the edges of the
-/// largest triangle.
+/// Normals of the candidate sides, in the plane of e and f. kEvenSides of them are at equal angles after the corners
+/// are scaled to unit covariance, so that thin shapes are sampled as densely as compact ones. The other sides are
+/// parallel to the edges of the largest triangle.
 std::array<PlanePoint, kSideCandidates> sides_of(const Corners& corners,
                                                  const TriangleStatistics& statistics,
                                                  const Vec3d& e, const Vec3d& f) {

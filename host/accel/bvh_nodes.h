@@ -55,7 +55,7 @@ struct TreeParts {
   Subtree top;
   std::vector<Task> tasks;  ///< The parent of each subtree
   std::vector<Subtree> subtrees;
-  std::uint64_t triangles = 0, skipped = 0, duplicates = 0;  ///< Numbers of triangles, as in Bvh
+  std::uint64_t triangles = 0, skipped = 0, duplicates = 0;  ///< Triangle counts, as in Bvh
   double leaves_per_line = 0;
   bool has_crowded_nodes = false;  ///< True if bounding prisms may be worthwhile
 

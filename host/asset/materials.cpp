@@ -580,7 +580,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
                                               : TextureKind::linear;
-  // The opacity of all materials may be the alpha channel of the colour picture.
+  // If every material reads its opacity from the alpha channel of its colour picture, the texture is that channel.
   const bool in_alpha = slot == MaterialSlot::opacity &&
                         std::all_of(materials.begin(), materials.end(), reads_color_alpha);
   const bool among_gltf = std::any_of(materials.begin(), materials.end(),

@@ -149,7 +149,7 @@ class BodyReader {
       if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {
-        if (!read_even_vertices(element, builder)) read_vertices(element, builder);
+        if (!read_fixed_size_vertices(element, builder)) read_vertices(element, builder);
       } else if (element.name == "tristrips") {
         read_strips(element, builder);
       } else if (element.name != "face") {
@@ -228,7 +228,7 @@ class BodyReader {
   /// Reads vertices on all threads, if they have a constant size, and only coordinates, normals,
   /// UVs and 8-bit colours.
   /// \returns false for other vertices; in this case nothing is read
-  bool read_even_vertices(const Element& element, MeshBuilder& builder) {
+  bool read_fixed_size_vertices(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
     } else {

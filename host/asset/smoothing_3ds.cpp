@@ -9,8 +9,9 @@ namespace kiln {
 namespace {
 
 // Ids of the 3DS chunks that are read, from the outermost to the innermost
-constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
-                        kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
+constexpr std::uint32_t kMainChunk = 0x4D4D, kEditorChunk = 0x3D3D, kObjectChunk = 0x4000,
+                        kMeshChunk = 0x4100, kFacesChunk = 0x4120, kFaceMaterialChunk = 0x4130,
+                        kSmoothingChunk = 0x4150;
 constexpr std::size_t kChunkHeaderBytes = 6, kFaceBytes = 8;
 
 /// The mask that MeshLab writes for every face
@@ -57,12 +58,12 @@ void read_faces(std::string_view bytes, Smoothing3ds& mesh) {
   mesh.materials.resize(mesh.masks.size(), 0);
   bytes.remove_prefix(count * kFaceBytes);
   for_each_chunk(bytes, [&](std::uint32_t id, std::string_view content) {
-    if (id == kSmoothing) {
+    if (id == kSmoothingChunk) {
       for (std::size_t f = 0; f < mesh.masks.size() && content.size() >= 4; ++f) {
         mesh.masks[f] = read_number(content, 4);
       }
     }
-    if (id != kFaceMaterial) return;
+    if (id != kFaceMaterialChunk) return;
     const std::string name = lower_case(read_text(content));
     std::vector<std::string>& names = mesh.material_names;
     const auto found_name = std::find(names.begin() + 1, names.end(), name);
@@ -81,19 +82,19 @@ void read_faces(std::string_view bytes, Smoothing3ds& mesh) {
 std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
   std::vector<Smoothing3ds> meshes;
   const auto read_object = [&](std::uint32_t id, std::string_view content) {
-    if (id != kMesh) return;
+    if (id != kMeshChunk) return;
     Smoothing3ds& mesh = meshes.emplace_back();
     mesh.material_names.emplace_back();
     for_each_chunk(content, [&](std::uint32_t kind, std::string_view faces) {
-      if (kind == kFaces) read_faces(faces, mesh);
+      if (kind == kFacesChunk) read_faces(faces, mesh);
     });
   };
   for_each_chunk(bytes, [&](std::uint32_t main, std::string_view editors) {
-    if (main != kMain) return;
+    if (main != kMainChunk) return;
     for_each_chunk(editors, [&](std::uint32_t editor, std::string_view objects) {
-      if (editor != kEditor) return;
+      if (editor != kEditorChunk) return;
       for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
-        if (object != kObject) return;
+        if (object != kObjectChunk) return;
         read_text(content);  // Skips the name of the chunk
         for_each_chunk(content, read_object);
       });

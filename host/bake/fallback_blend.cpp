@@ -66,7 +66,7 @@ void FallbackBlend::record_band(BandReads& reads, const TexelBand& band,
   const std::vector<std::uint32_t>& triangle = reads.read(band.triangle, band.sample_count);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    // The method that decided the texel: of its samples' methods, the one whose enumerator is highest
+    // The method that counts for the texel: of its samples' methods, the one whose enumerator is highest
     DecidingMethod deciding_method = DecidingMethod::nothing;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       deciding_method = std::max(deciding_method, deciding_methods[s]);

@@ -19,12 +19,12 @@
 
 namespace kiln {
 
-/// Collects the deciding method of each texel, band by band, then re-bakes texels near the border with both
+/// Collects the method that found the point of each texel, band by band, then re-bakes texels near the border with both
 /// methods.
 ///
-/// A texel belongs to the fallback if any of its samples does. Distances are lengths of paths over texels that the
-/// method decided, with steps to the eight neighbours on the surface, also across seams. They exceed straight distances
-/// by up to 8%.
+/// A texel belongs to the fallback if any of its samples does. Distances are lengths of paths over texels whose points
+/// the method found, with steps to the eight neighbours on the surface, also across seams. They exceed straight
+/// distances by up to 8%.
 class FallbackBlend {
  public:
   /// Creates a blend. \param reach  width of the blend in texels, above 0

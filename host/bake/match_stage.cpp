@@ -187,7 +187,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     warn_about_length(option("match.max_distance"), options.match.max_distance, source.frame,
                       report.warnings);
     if (report.cage_mesh) {
-      warn_about_length("The way from the cage to the low poly",
+      warn_about_length("The distance from the cage to the low poly",
                         Length::absolute(report.cage_mesh->max_outward), source.frame,
                         report.warnings);
     }

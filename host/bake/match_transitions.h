@@ -1,4 +1,4 @@
-// Measures steps in the map between neighbouring texels that different methods decided.
+// Measures jumps in value between neighbouring texels whose points were found by different match methods.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Collects the deciding method of each texel, band by band.
+/// Collects the method that found the point of each texel, band by band.
 class MethodTransitions {
  public:
   /// Creates an empty collection.
@@ -22,7 +22,7 @@ class MethodTransitions {
                     std::uint32_t height);
 
   /// Records the method of each texel's first sample.
-  /// \param deciding_methods  for each sample of the band, the method that decided it
+  /// \param deciding_methods  for each sample of the band, the method that found its point
   void record_band(BandReads& reads, const TexelBand& band,
                    std::span<const DecidingMethod> deciding_methods);
 

@@ -68,8 +68,9 @@ class Pipeline {
   void move(std::uint32_t first, std::span<const Vec3> positions);
   /// Runs a pass over all bands.
   void run_over_bands(const Pass& pass);
-  /// Completes the report about the match of a pass. \param first_time true: the match checks its conditions,
-  /// and may throw
+  /// Completes the report about the match of a pass.
+  /// \param first_time  true: also compares UV copies, and completes the matcher's own report, for which
+  ///   Matcher::finish() throws Error(input) if the match does not suit the meshes
   void finish_match(bool first_time);
   /// Runs mip chain, padding and encoding of all maps.
   void finish_maps(Image* drawn = nullptr);

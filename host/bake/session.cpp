@@ -96,7 +96,7 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change,
   update.matched = pass.match;
   pass.compute_maps = pass.compute_maps || !texels.choose_texels(normals, normal_change);
   if (pass.match || pass.update_distances || pass.compute_maps) pipeline.run_over_bands(pass);
-  // The match checks its conditions at the first bake only
+  // Whether the match suits the meshes is only checked at the first bake
   if (pass.match) pipeline.finish_match(!baked);
   if (!pass.compute_maps) texels.read();
   update.texels = pass.compute_maps ? texels.count() : texels.chosen_count();

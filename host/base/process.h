@@ -30,8 +30,8 @@ std::vector<std::filesystem::path> programs_of_path(const std::string& name,
 /// failure; ENOSYS if the system does not support it
 int become_program(const char* program, char** argv) noexcept;
 
-/// Runs this program with these arguments, and waits until it ends. \param interrupted polled; when it returns true,
-/// the program is interrupted, too
+/// Runs the current executable as a child process, and waits until it ends. \param words  its argv, beginning with the
+/// program's name \param interrupted  polled; when it returns true, the child is interrupted, too
 /// \returns false if no process can be started
 bool run_own_program(const std::vector<std::string>& words,
                      const std::function<bool()>& interrupted);
@@ -51,7 +51,7 @@ void prepare_restart(char** argv, const std::string& variable);
 /// Restarts the program with the same arguments. Async-signal-safe. Returns only if that is impossible.
 void restart() noexcept;
 
-/// States in which of the two processes split_process() has returned, parent or child.
+/// Tells whether split_process() has returned in the parent process or in the child.
 struct SplitEnd {
   enum class Kind {
     child,   ///< The child process, which continues the work

@@ -77,7 +77,7 @@ class Expander {
       : file_(file), options_(options), lister_(file.folder) {}
 
   Batch expand() {
-    for (const std::string& only : options_.only) only_patterns_.emplace_back(only);
+    for (const std::string& pattern : options_.only) only_patterns_.emplace_back(pattern);
     for (std::size_t rule = 0; rule < file_.bakes.size(); ++rule) expand_rule(rule);
     make_names_unique();
     check_outputs();
@@ -658,17 +658,17 @@ class Expander {
     std::vector<std::string> names;
     for (const BatchAsset& asset : batch_.assets) names.push_back(asset.name);
     std::vector<bool> is_selected(names.size(), false);
-    for (const PathPattern& only : only_patterns_) {
+    for (const PathPattern& pattern : only_patterns_) {
       bool any_match = false;
       for (std::size_t i = 0; i < names.size(); ++i) {
-        if (!only.selects_asset(names[i])) continue;
+        if (!pattern.selects_asset(names[i])) continue;
         any_match = is_selected[i] = true;
       }
       if (any_match) continue;
-      const std::string suggestion = nearest_word(only.text(), names);
+      const std::string suggestion = nearest_word(pattern.text(), names);
       throw Error(
           ErrorCode::usage,
-          "--only '" + only.text() + "' matches no asset" +
+          "--only '" + pattern.text() + "' matches no asset" +
               (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
     }
     std::vector<BatchAsset> selected_assets;

@@ -290,7 +290,7 @@ class BatchRun {
     if (result.state == AssetState::failed && interrupted()) result.state = AssetState::cancelled;
   }
 
-  /// \param watch  started with the asset's first attempt
+  /// \param watch  stopwatch that runs since the asset's first attempt
   void bake(std::size_t i, const Stopwatch& watch, AssetResult& result) {
     const BatchAsset& asset = assets_[i];
     // Write-protected outputs are an error only if the asset must be baked; it may be unchanged.
@@ -390,7 +390,7 @@ class BatchRun {
   }
 
   /// Runs the `after` hook and records the outputs, after they were moved to their destinations.
-  /// \param watch  started with the asset's first attempt: hooks read its seconds
+  /// \param watch  stopwatch that runs since the asset's first attempt; hooks get its seconds
   void finish_asset(const BatchAsset& asset, const Stopwatch& watch, AssetResult& result) {
     result.seconds = watch.total();
     if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);

@@ -18,7 +18,8 @@ enum class AssetState : std::uint8_t {
   baked,
   unchanged,  ///< The outputs are up to date
   restored,   ///< The files were copied from the cache
-  failed,     ///< No files were written, unless the asset only exceeded a limit
+  /// The bake failed, and no files were written; or the asset exceeded a limit, and its files were written
+  failed,
   cancelled,  ///< The run was interrupted
 };
 const char* name_of(AssetState state);

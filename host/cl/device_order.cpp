@@ -24,15 +24,15 @@ std::string explain_preference(const std::vector<DeviceRank>& ranks) {
     return r.is_gpu && r.is_integrated == first.is_integrated;
   };
   if (count(is_rival) == 1) return "the only " + kind;
-  const auto equals_memory = [&](const DeviceRank& r) {
+  const auto has_same_memory = [&](const DeviceRank& r) {
     return is_rival(r) && r.memory_bytes == first.memory_bytes;
   };
-  if (count(equals_memory) == 1) return "the " + kind + " with the most memory";
-  const auto equals_units = [&](const DeviceRank& r) {
-    return equals_memory(r) && r.compute_units == first.compute_units;
+  if (count(has_same_memory) == 1) return "the " + kind + " with the most memory";
+  const auto has_same_memory_and_units = [&](const DeviceRank& r) {
+    return has_same_memory(r) && r.compute_units == first.compute_units;
   };
-  return count(equals_units) == 1 ? "the " + kind + " with the most compute units"
-                                  : "the first of several equal GPUs";
+  return count(has_same_memory_and_units) == 1 ? "the " + kind + " with the most compute units"
+                                               : "the first of several equal GPUs";
 }
 
 }  // namespace kiln

@@ -21,7 +21,7 @@ thread_local volatile int call_depth = 0;
 // Numbers of driver calls of all threads that have begun, and that have ended.
 std::atomic<std::uint64_t> begun_calls{0}, ended_calls{0};
 std::atomic<int> own_maps{0};
-// name of the first running user's map; read by signal handlers
+// Name of the user-written map that last started while no other one was running. Read by signal handlers
 std::array<char, 512> own_map_name{};
 std::atomic<long> opener_process{0};  // process that opened the last device
 

@@ -19,7 +19,7 @@ constexpr double kMaxFloaterShare = 0.1;
 constexpr double kMaxTouchedCells = 8e6;
 /// If the diagonal of the largest body is below this share of the mesh's diagonal, the search is repeated at that
 /// body's scale, at most kMaxScales times.
-constexpr double kMaxRescaleShare = 0.5;
+constexpr double kMaxDiagonalShareToRescale = 0.5;
 constexpr int kMaxScales = 4;
 
 /// A part only counts as hidden if all views together cover at least this many pixels with it, visible or not.
@@ -185,7 +185,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     const auto largest =
         std::max_element(area_of_body.begin(), area_of_body.end()) - area_of_body.begin();
     const double own = body_boxes[static_cast<std::size_t>(largest)].diagonal();
-    const bool is_rescaled = own < kMaxRescaleShare * diagonal;
+    const bool is_rescaled = own < kMaxDiagonalShareToRescale * diagonal;
     diagonal = own;
     if (!is_rescaled) break;
   }

@@ -33,7 +33,7 @@ class OpenEdges {
 
   /// The vertices that lie on a side, in order. They form a chain of other open edges from the side's first to its last
   /// vertex. Empty if there is no such chain.
-  std::vector<VertexOnEdge> along(std::uint32_t side, double distance) const {
+  std::vector<VertexOnEdge> vertices_on_side(std::uint32_t side, double distance) const {
     const std::uint32_t a = vertex_of_side(side, 0), b = vertex_of_side(side, 1);
     const Vec3d from = point_of(mesh_, a), edge_vector = point_of(mesh_, b) - from;
     const double squared = dot(edge_vector, edge_vector);
@@ -91,7 +91,7 @@ Cleaned cut_at_junctions(Mesh& mesh, double distance) {
     for (const std::uint32_t side : open.sides()) {
       const std::uint32_t t = side / 3;
       if (was_split[t] != 0) continue;
-      const std::vector<VertexOnEdge> points = open.along(side, distance);
+      const std::vector<VertexOnEdge> points = open.vertices_on_side(side, distance);
       if (points.empty()) continue;
       was_split[t] = 1;
       if (cut_edges.count++ == 0) cut_edges.example = mesh.positions[points[0].vertex];

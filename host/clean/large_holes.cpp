@@ -23,7 +23,8 @@ constexpr double kMinHoleCosine = -0.5;
 /// If holes of every size are filled: smallest continuation_cosine() of a rim that is filled. Below it, the sheet is
 /// flat, and a patch would coincide with its back.
 constexpr double kMinSheetCosine = -0.999;
-/// Largest part of a rim over which a patch triangle may spread UVs, as a share of the number of the rim's corners.
+/// A patch triangle only interpolates the UVs of its three nearest rim corners if they are at most this share of the
+/// rim's number of corners apart, counted along the rim.
 constexpr double kMaxUvSpan = 0.125;
 constexpr std::uint32_t kNoOpenSide = std::numeric_limits<std::uint32_t>::max();
 

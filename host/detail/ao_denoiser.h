@@ -87,7 +87,7 @@ class AoDenoiser {
     std::array<std::unique_ptr<float[]>, kSteps.size()> memory;
   };
   struct TileInterpolation {
-    std::uint32_t tile_before = 0, tile_after = 0;
+    std::uint32_t previous_tile = 0, next_tile = 0;
     double weight = 0;
   };
 

@@ -167,7 +167,7 @@ inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {
          (map.missed == MissedTexels::low_poly && policy != MissPolicy::keep);
 }
 
-/// Range of each channel: the caller's (EncodingOptions::ranges) if given, otherwise the row's.
+/// Range of each channel: the caller's (EncodingOptions::ranges) if given, otherwise the default of the map's row.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
 /// The first of a bake's maps with which renderers shade (MapRow::is_shading_normal); null if there is none.

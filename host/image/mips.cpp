@@ -19,9 +19,9 @@ constexpr double kUnitSlack = 1e-6;
 // equal areas differ.
 constexpr double kMinAreaRatio = 1 - 1e-9;
 
-/// Part of a texel that belongs to one chart.
+/// A fragment: what one chart covers of a texel.
 template <std::size_t kChannels>
-struct Part {
+struct Fragment {
   double area = 0;  // Area in samples of level 0
   std::uint32_t chart = 0;
   std::array<float, kChannels> mean{};
@@ -59,7 +59,8 @@ struct BaseLevel {
   bool is_missed(std::size_t x, std::size_t y) const {
     return !missed_have_values && coverage[y * image.width + x] == kCoverageMissed;
   }
-  std::span<const Part<kChannels>> parts(std::size_t x, std::size_t y, Part<kChannels>& own) const {
+  std::span<const Fragment<kChannels>> fragments(std::size_t x, std::size_t y,
+                                                 Fragment<kChannels>& own) const {
     const std::size_t texel = y * image.width + x;
     const std::uint8_t state = coverage[texel];
     if (state != kCoverageBaked && (state != kCoverageMissed || !missed_have_values)) return {};
@@ -70,16 +71,16 @@ struct BaseLevel {
   }
 };
 
-/// A coarser level. A texel has one part for each chart in it, sorted by chart.
+/// A coarser level. A texel has one fragment for each chart in it, sorted by chart.
 template <std::size_t kChannels>
-struct PartChain {
+struct FragmentChain {
   struct Block {
-    // Index of each texel's first part; the last entry is the number of parts
+    // Index of each texel's first fragment in `fragments`; the last entry is the number of fragments
     std::vector<std::uint32_t> first;
-    std::vector<Part<kChannels>> parts;
+    std::vector<Fragment<kChannels>> fragments;
   };
   std::uint32_t level_width = 0, level_height = 0;
-  std::vector<Block> blocks;  // The parts of the level's texels, in blocks of kBlockRows rows
+  std::vector<Block> blocks;  // The fragments of the level's texels, in blocks of kBlockRows rows
   // Coverage of each texel if missed texels have no values; otherwise empty
   std::vector<std::uint8_t> coverage;
 
@@ -88,10 +89,12 @@ struct PartChain {
   bool is_missed(std::size_t x, std::size_t y) const {
     return !coverage.empty() && coverage[y * level_width + x] == kCoverageMissed;
   }
-  std::span<const Part<kChannels>> parts(std::size_t x, std::size_t y, Part<kChannels>&) const {
+  std::span<const Fragment<kChannels>> fragments(std::size_t x, std::size_t y,
+                                                 Fragment<kChannels>&) const {
     const Block& block = blocks[y / kBlockRows];
     const std::size_t texel = y % kBlockRows * level_width + x;
-    return {block.parts.data() + block.first[texel], block.first[texel + 1] - block.first[texel]};
+    return {block.fragments.data() + block.first[texel],
+            block.first[texel + 1] - block.first[texel]};
   }
 };
 
@@ -105,18 +108,18 @@ double squared_length(const std::array<float, kChannels>& v) {
   return squared;
 }
 
-/// Area and mean of several parts of one chart.
+/// Area and mean of several fragments of one chart.
 template <std::size_t kChannels>
-class PartSum {
+class FragmentSum {
  public:
-  void add(const Part<kChannels>& part, double weight) {
-    const double area = weight * part.area;
-    if (area_sum_ == 0) first_ = part.mean;
+  void add(const Fragment<kChannels>& fragment, double weight) {
+    const double area = weight * fragment.area;
+    if (area_sum_ == 0) first_ = fragment.mean;
     area_sum_ += area;
-    for (std::size_t c = 0; c < kChannels; ++c) sum_[c] += area * part.mean[c];
+    for (std::size_t c = 0; c < kChannels; ++c) sum_[c] += area * fragment.mean[c];
   }
-  Part<kChannels> part(std::uint32_t chart, bool unit_vectors) const {
-    Part<kChannels> result;
+  Fragment<kChannels> fragment(std::uint32_t chart, bool unit_vectors) const {
+    Fragment<kChannels> result;
     result.area = area_sum_;
     result.chart = chart;
     const double share = 1 / area_sum_;
@@ -147,10 +150,10 @@ class PartSum {
 };
 
 template <std::size_t kChannels>
-void write_value(const Part<kChannels>& part, bool unit_vectors, float* pixel) {
-  std::copy_n(part.mean.begin(), kChannels, pixel);
+void write_value(const Fragment<kChannels>& fragment, bool unit_vectors, float* pixel) {
+  std::copy_n(fragment.mean.begin(), kChannels, pixel);
   if (!unit_vectors) return;
-  const double squared_mean = squared_length(part.mean);
+  const double squared_mean = squared_length(fragment.mean);
   if (std::abs(squared_mean - 1) <= kUnitSlack) return;
   const double scale = 1 / std::sqrt(squared_mean);
   for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
@@ -165,9 +168,9 @@ class RowMaker {
   RowMaker(const Finer& finer, std::size_t y, bool unit_vectors)
       : finer_(finer), column_taps_(Taps::of(y, finer.height())), unit_vectors_(unit_vectors) {}
 
-  /// Appends the parts of a texel, sorted by chart.
+  /// Appends the fragments of a texel, one per chart that it touches, sorted by chart.
   /// \returns true if the texel covers a missed texel of the finer level
-  bool append_parts(std::size_t x, std::vector<Part<kChannels>>& parts) {
+  bool append_fragments(std::size_t x, std::vector<Fragment<kChannels>>& fragments) {
     const Taps across = Taps::of(x, finer_.width());
     bool is_missed = false;
     count_ = 0;
@@ -176,111 +179,113 @@ class RowMaker {
         const std::size_t fine_x = across.first + i;
         const std::size_t fine_y = column_taps_.first + j;
         is_missed = is_missed || finer_.is_missed(fine_x, fine_y);
-        const auto list = finer_.parts(fine_x, fine_y, base_parts_[count_]);
+        const auto list = finer_.fragments(fine_x, fine_y, base_fragments_[count_]);
         if (list.empty()) continue;
-        part_cursors_[count_++] = {list.data(), list.data() + list.size(),
-                                   column_taps_.weight[j] * across.weight[i]};
+        fragment_cursors_[count_++] = {list.data(), list.data() + list.size(),
+                                       column_taps_.weight[j] * across.weight[i]};
       }
     }
-    merge_parts(parts);
+    merge_fragments(fragments);
     return is_missed;
   }
 
  private:
-  struct PartCursor {
-    const Part<kChannels>*at, *end;
+  struct FragmentCursor {
+    const Fragment<kChannels>*at, *end;
     double weight;
   };
 
-  /// Merges the lists of parts, which are sorted by chart. Parts of the same chart are added in the
+  /// Merges the lists of fragments, which are sorted by chart. Fragments of the same chart are added in the
   /// order of their texels.
-  void merge_parts(std::vector<Part<kChannels>>& parts) {
+  void merge_fragments(std::vector<Fragment<kChannels>>& fragments) {
     if (count_ == 0) return;
-    const std::uint32_t own = part_cursors_[0].at->chart;
-    const bool has_single_chart =
-        std::all_of(&part_cursors_[0], &part_cursors_[count_], [&](const PartCursor& cursor) {
+    const std::uint32_t own = fragment_cursors_[0].at->chart;
+    const bool has_single_chart = std::all_of(
+        &fragment_cursors_[0], &fragment_cursors_[count_], [&](const FragmentCursor& cursor) {
           return cursor.at + 1 == cursor.end && cursor.at->chart == own;
         });
     if (has_single_chart) {  // The common case: the texel belongs to a single chart
-      PartSum<kChannels> sum;
+      FragmentSum<kChannels> sum;
       for (std::size_t k = 0; k < count_; ++k)
-        sum.add(*part_cursors_[k].at, part_cursors_[k].weight);
-      parts.push_back(sum.part(own, unit_vectors_));
+        sum.add(*fragment_cursors_[k].at, fragment_cursors_[k].weight);
+      fragments.push_back(sum.fragment(own, unit_vectors_));
       return;
     }
     while (count_ != 0) {
-      std::uint32_t chart = part_cursors_[0].at->chart;
-      for (std::size_t k = 1; k < count_; ++k) chart = std::min(chart, part_cursors_[k].at->chart);
-      PartSum<kChannels> sum;
+      std::uint32_t chart = fragment_cursors_[0].at->chart;
+      for (std::size_t k = 1; k < count_; ++k)
+        chart = std::min(chart, fragment_cursors_[k].at->chart);
+      FragmentSum<kChannels> sum;
       std::size_t left = 0;
       for (std::size_t k = 0; k < count_; ++k) {
-        PartCursor cursor = part_cursors_[k];
+        FragmentCursor cursor = fragment_cursors_[k];
         if (cursor.at->chart == chart) sum.add(*cursor.at++, cursor.weight);
-        if (cursor.at != cursor.end) part_cursors_[left++] = cursor;
+        if (cursor.at != cursor.end) fragment_cursors_[left++] = cursor;
       }
       count_ = left;
-      parts.push_back(sum.part(chart, unit_vectors_));
+      fragments.push_back(sum.fragment(chart, unit_vectors_));
     }
   }
 
   const Finer& finer_;
   const Taps column_taps_;
   const bool unit_vectors_;
-  std::array<Part<kChannels>, 9> base_parts_;
-  std::array<PartCursor, 9> part_cursors_{};
+  std::array<Fragment<kChannels>, 9> base_fragments_;
+  std::array<FragmentCursor, 9> fragment_cursors_{};
   std::size_t count_ = 0;
 };
 
 template <std::size_t kChannels>
-const Part<kChannels>& largest_part(std::span<const Part<kChannels>> parts) {
+const Fragment<kChannels>& largest_fragment(std::span<const Fragment<kChannels>> fragments) {
   double most = 0;
-  for (const auto& part : parts) most = std::max(most, part.area);
-  return *std::find_if(parts.begin(), parts.end(),
-                       [&](const auto& part) { return part.area >= most * kMinAreaRatio; });
+  for (const auto& fragment : fragments) most = std::max(most, fragment.area);
+  return *std::find_if(fragments.begin(), fragments.end(),
+                       [&](const auto& fragment) { return fragment.area >= most * kMinAreaRatio; });
 }
 
 template <std::size_t kChannels, typename Finer>
-PartChain<kChannels> make_next_level(const Finer& finer, const MipOptions& options, MipLevel& out) {
-  PartChain<kChannels> part_chain;
+FragmentChain<kChannels> make_next_level(const Finer& finer, const MipOptions& options,
+                                         MipLevel& out) {
+  FragmentChain<kChannels> fragment_chain;
   const std::uint32_t width = std::max(1U, finer.width() / 2);
   const std::uint32_t height = std::max(1U, finer.height() / 2);
-  part_chain.level_width = width;
-  part_chain.level_height = height;
-  part_chain.blocks.resize((height + kBlockRows - 1) / kBlockRows);
+  fragment_chain.level_width = width;
+  fragment_chain.level_height = height;
+  fragment_chain.blocks.resize((height + kBlockRows - 1) / kBlockRows);
   const std::size_t texels = std::size_t{width} * height;
   out.coverage.assign(texels, kCoverageEmpty);
   out.image = {width, height, kChannels, std::vector<float>(texels * kChannels)};
-  parallel_for(part_chain.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+  parallel_for(fragment_chain.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      auto& block = part_chain.blocks[b];
+      auto& block = fragment_chain.blocks[b];
       const std::size_t first_row = b * kBlockRows;
       const std::size_t last_row = std::min<std::size_t>(first_row + kBlockRows, height);
       block.first.reserve((last_row - first_row) * width + 1);
-      block.parts.reserve((last_row - first_row) * width);
+      block.fragments.reserve((last_row - first_row) * width);
       for (std::size_t y = first_row; y < last_row; ++y) {
         RowMaker<kChannels, Finer> row(finer, y, options.unit_vectors);
         for (std::size_t x = 0; x < width; ++x) {
           const std::size_t texel = y * width + x;
-          const std::size_t first_part = block.parts.size();
-          block.first.push_back(static_cast<std::uint32_t>(first_part));
-          const bool is_missed = row.append_parts(x, block.parts);
+          const std::size_t first_fragment = block.fragments.size();
+          block.first.push_back(static_cast<std::uint32_t>(first_fragment));
+          const bool is_missed = row.append_fragments(x, block.fragments);
           float* pixel = &out.image.pixels[texel * kChannels];
-          if (first_part != block.parts.size()) {
+          if (first_fragment != block.fragments.size()) {
             out.coverage[texel] = kCoverageBaked;
-            const std::span<const Part<kChannels>> own(&block.parts[first_part],
-                                                       block.parts.size() - first_part);
-            write_value(largest_part(own), options.unit_vectors, pixel);
+            const std::span<const Fragment<kChannels>> own(&block.fragments[first_fragment],
+                                                           block.fragments.size() - first_fragment);
+            write_value(largest_fragment(own), options.unit_vectors, pixel);
           } else if (is_missed) {
             out.coverage[texel] = kCoverageMissed;
             std::copy_n(options.missed.begin(), kChannels, pixel);
           }
         }
       }
-      block.first.push_back(static_cast<std::uint32_t>(block.parts.size()));
+      block.first.push_back(static_cast<std::uint32_t>(block.fragments.size()));
     }
   });
-  if (!options.missed_have_values) part_chain.coverage = out.coverage;
-  return part_chain;
+  if (!options.missed_have_values) fragment_chain.coverage = out.coverage;
+  return fragment_chain;
 }
 
 template <std::size_t kChannels>
@@ -290,10 +295,11 @@ std::vector<MipLevel> make(const Image& image, std::span<const std::uint8_t> cov
   if (image.width == 1 && image.height == 1) return levels;
   const BaseLevel<kChannels> base{image, coverage, charts, options.missed_have_values};
   levels.emplace_back();
-  PartChain<kChannels> part_chain = make_next_level<kChannels>(base, options, levels.back());
-  while (part_chain.level_width > 1 || part_chain.level_height > 1) {
+  FragmentChain<kChannels> fragment_chain =
+      make_next_level<kChannels>(base, options, levels.back());
+  while (fragment_chain.level_width > 1 || fragment_chain.level_height > 1) {
     levels.emplace_back();
-    part_chain = make_next_level<kChannels>(part_chain, options, levels.back());
+    fragment_chain = make_next_level<kChannels>(fragment_chain, options, levels.back());
   }
   return levels;
 }

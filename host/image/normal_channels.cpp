@@ -18,8 +18,8 @@ struct ChannelBounds {
   /// Largest difference between the values of an unused channel: 1.5 steps of a byte, which covers
   /// lossy block compression.
   float max_unused_range = 3.0F / 255;
-  /// Largest distance from -1 or 1 of the values in a channel that a decoder has filled with -1 or
-  /// 1
+  /// Tolerance: a channel whose values are all within this of -1, or all within this of 1, counts as filled by the
+  /// decoder
   float max_distance_from_bound = 4.0F / 255;
   /// Largest x^2 + y^2 of a unit vector: 1, plus two steps of a byte
   float in_disc = 1.04F;
@@ -136,8 +136,7 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
     case NormalTextureFormat::two_channel:
     case NormalTextureFormat::two_channel_directx:
       result.computes_z = true;
-      // A blue channel that holds z does not contradict the caller's format, but normals of two
-      // channels must have (x, y) in the unit disc.
+      // Blue may hold z, which two-channel formats ignore. What contradicts them is (x, y) outside of the unit disc.
       result.contradicts_format = !looks_two_channel && !s.nearly_all(s.in_disc);
       break;
   }

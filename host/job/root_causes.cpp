@@ -10,7 +10,7 @@ namespace {
 struct WarningCause {
   std::string_view code;
   std::string_view causing_code;
-  bool of_high_file = false;  // true if the causing warning is about the high poly's file
+  bool is_about_high_file = false;  // true if the causing warning is about the high poly's file
 };
 
 constexpr std::array kCauses = {
@@ -49,9 +49,9 @@ constexpr std::array kCauses = {
 }  // namespace
 
 std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high) {
-  const auto has_warning = [&](std::string_view code, bool of_high_file) {
+  const auto has_warning = [&](std::string_view code, bool is_about_high_file) {
     for (std::size_t i = 0; i < warnings.size(); ++i) {
-      if ((i < of_high) == of_high_file && warnings[i].code == code) return true;
+      if ((i < of_high) == is_about_high_file && warnings[i].code == code) return true;
     }
     return false;
   };
@@ -59,7 +59,7 @@ std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size
   for (const Warning& warning : warnings) {
     const bool has_cause =
         std::any_of(kCauses.begin(), kCauses.end(), [&](const WarningCause& row) {
-          return warning.code == row.code && has_warning(row.causing_code, row.of_high_file);
+          return warning.code == row.code && has_warning(row.causing_code, row.is_about_high_file);
         });
     if (!has_cause) warnings_without_cause.push_back(warning);
   }

@@ -525,10 +525,11 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--sets",
        .group = kMapGroup,
        .value = choice(JOB_MEMBER(sets), Words(kSetsWords)),
-       .help = "Texture sets, each with its own maps: one per material, object or UDIM tile of "
-               "LOW, or none for a single map. auto: per material or tile if their UVs overlap. If "
-               "Kiln unwraps LOW, material and object give each a layout of its own, and one makes "
-               "an atlas; auto is then material for a GLB if the UVs of HIGH's materials overlap"},
+       .help = "Texture sets, each with its own maps. material, object, udim: a set per material, "
+               "object or UDIM tile of LOW; none: a single map; auto: material or udim if UVs "
+               "overlap, otherwise none. If Kiln unwraps LOW, material and object give each set a "
+               "layout of its own; one: a single atlas; auto is then material for a GLB if the UVs "
+               "of HIGH's materials overlap"},
       {.flag = "--alpha",
        .group = kMapGroup,
        .value = choice(JOB_MEMBER(alpha), Words(kAlphaWords)),
@@ -1000,8 +1001,9 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--visibility-deviation",
        .group = kVisibilityGroup,
        .value = number(JOB_MEMBER(bake.match.visibility.cluster_deviation), 0, 1),
-       .help = "Standard deviation of directions, 0 to 1, above which they are split into "
-               "clusters; an open plane has 0.745",
+       .help =
+           "A texel's directions are split into clusters if their standard deviation, 0 to 1, is "
+           "above this; on an unoccluded plane it is 0.745",
        .applies_to_fallback = false},
 
       height_row<Job>(kHeightsGroup),

@@ -75,7 +75,7 @@ struct RunHooks {
   std::function<void()> on_start;  ///< Called after options are checked, before anything is read
   /// Called as soon as a plan is chosen, before its maps are baked in full quality.
   std::function<void(const LowPolyPlan&, const std::string& stem)> on_plan;
-  /// Draws a plan into files of a folder. \returns false if the caller cancelled
+  /// Draws the charts of a plan, and writes them to files in a folder. \returns false if the caller cancelled
   std::function<bool(const LowPolyPlan&, const std::string& folder, const std::string& stem,
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
       draw_plan;

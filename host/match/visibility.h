@@ -123,7 +123,7 @@ class VisibilityField {
   ///
   /// The hybrid (section 3.4) is (1 - s) v + s n, normalised: v the unit visibility direction, n the
   /// band's normal, s the standard deviation sqrt(1 - |mean|^2) of the directions that see the place
-  /// (equation 3). On an open plane s is 0.745, since the mean has length 2/3.
+  /// (equation 3). On an unoccluded plane s is 0.745, since the mean has length 2/3.
   /// \param cluster  index of the cluster of directions
   /// \param samples  N of the map's N x N
   /// \param directed  7 planes of `capacity`

@@ -46,8 +46,8 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
                   cast_hits(context, source.rays(), pictures, ray_start_distance_));
     return;
   }
-  // Rasterization draws front faces only. Pictures of an open mesh from below would show the few triangles that face
-  // down, so they are left out.
+  // Rasterization draws front faces only. Pictures that show no front face of the low poly, such as those of an open
+  // mesh from below, are left out.
   std::vector<bool> is_rasterized(pictures.size());
   const std::uint32_t points_per_picture = pictures[0].points();
   for (std::size_t i = 0; i < low_poly_hits.triangle.size(); ++i) {

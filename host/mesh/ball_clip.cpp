@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-// Functions that loops over lanes call must be inlined: the loops are compiled once for each instruction set.
+// Functions called in loops over lanes must be inlined: the loops are compiled once for each instruction set.
 #if defined(__GNUC__)
 #define KILN_INLINE __attribute__((always_inline)) inline
 #define KILN_INLINE_LAMBDA __attribute__((always_inline))

@@ -28,8 +28,8 @@ struct GapRule {
   /// Edges above a gap must have at least this share of the part's weight. For a cube of ten million triangles, they
   /// have 1e-3
   static constexpr double kMinWeightAbove = 2e-4;
-  /// Minimum share, by weight, of edges that continue at both ends, in another edge with an angle above the gap or in a
-  /// border. Only edges with an angle above the gap count.
+  /// Of the edges with an angle above the gap, at least this share by weight must be parts of lines: at both of their
+  /// vertices there is another such edge or a border
   static constexpr double kMinLineShare = 0.8;
   /// Parts with fewer edges only have hard edges if edges within planes have at least the share kMinPlaneShareOfSmall
   /// of the weight, or if other edges below the gap have at most the share kMaxWeakShareOfSmall

@@ -72,8 +72,8 @@ class HighPolyNormals {
   static std::vector<std::uint32_t> first_triangles_of_polygons(
       const Mesh& mesh, std::span<const std::uint32_t> triangles);
   void index();
-  /// True if some corners have computed normals instead of invalid ones. The entries of the pool then do not determine
-  /// all normals.
+  /// True if invalid normals of some corners were replaced by computed ones. Their entries are not normals of the mesh,
+  /// so that a change requires rebuild().
   bool has_extra_normals(const Mesh& mesh) const;
 
   bool is_computed_;  // True if normals are computed from positions

@@ -45,7 +45,7 @@ class Json {
   Json(const char* text);
   Json(std::string text);
   Json(std::string_view text);
-  /// Creates the optional's value, or null.
+  /// Creates the JSON value of what an optional contains, or null if it is empty.
   template <typename Value>
   Json(const std::optional<Value>& value) : Json(value ? Json(*value) : Json()) {}
   /// Creates a list of the elements of a range.
@@ -94,10 +94,11 @@ class Json {
     return elements_.at(static_cast<std::size_t>(index));
   }
   const Json& back() const;
-  /// Appends to a list; a null value becomes a list.
+  /// Appends to this list. If this value is null, it becomes an empty list first.
   void push_back(Json element);
 
-  /// The value of an object's key; a missing key is added with null. A null value becomes an object.
+  /// Returns the value of a key, which is added with null if it is missing. If this value itself is null, it becomes an
+  /// empty object first.
   Json& operator[](std::string_view key);
   /// Keys of an object, in insertion order.
   const std::vector<std::string>& keys() const { return keys_; }

@@ -64,7 +64,7 @@ void find_lowest_place(const CellRows& occupied_cells, const AtlasBitmap& sheet,
         std::tie(top, at->first, turn) >= std::tie(window.top, packed.x[i], packed.turn[i])) {
       return;
     }
-    window.top = top;  // The outline's top at later rotations must not be higher than at this one
+    window.top = top;  // Later rotations only count if the outline's top is not higher than here
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = turn;
   };

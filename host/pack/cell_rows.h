@@ -61,9 +61,9 @@ class CellRows {
 
   std::uint32_t width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;
-  // For each length in steps, one bit per row: 1 if the row has a free run of at least that length.
   std::uint32_t step_;  ///< The unit of free lengths is 2^step_ cells
   std::uint32_t row_words_;
+  // For each length, in units of 2^step_ cells, one bit per row: 1 if the row has a free run of at least that length
   std::vector<std::uint64_t> fits_;
   std::vector<std::uint32_t> longest_free_;  ///< Longest free run of each row, in steps
   std::vector<FreeRun> free_;                ///< Longest free run of each row, in cells

@@ -19,10 +19,10 @@ Vec2d rotate(const Vec2d& p, const Vec2d& turn) {
 
 /// The extent of a shape in x within a slab; a slab is a row of cells between two heights.
 struct Span {
-  double low = std::numeric_limits<double>::max(), high = -low;
+  double min_x = std::numeric_limits<double>::max(), max_x = -min_x;
   void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
+    min_x = std::min(min_x, x);
+    max_x = std::max(max_x, x);
   }
 };
 
@@ -51,8 +51,8 @@ struct EdgeStrip {
     const auto is_outside = (high_y < from) | (low_y > to);
     const Double2 low = select(is_outside, none, select(begin < end, begin, end));
     const Double2 high = select(is_outside, -none, select(begin < end, end, begin));
-    span.low = std::min({span.low, low[0], low[1]});
-    span.high = std::max({span.high, high[0], high[1]});
+    span.min_x = std::min({span.min_x, low[0], low[1]});
+    span.max_x = std::max({span.max_x, high[0], high[1]});
   }
 };
 
@@ -154,8 +154,8 @@ class CellBitmap {
     void extend(Span& span, std::uint32_t y) const {
       // For rows below `first`, the unsigned difference wraps to a large number
       if (y - first >= rows.size()) return;
-      span.low = std::min(span.low, rows[y - first].low);
-      span.high = std::max(span.high, rows[y - first].high);
+      span.min_x = std::min(span.min_x, rows[y - first].min_x);
+      span.max_x = std::max(span.max_x, rows[y - first].max_x);
     }
   };
 
@@ -183,8 +183,8 @@ class CellBitmap {
       at_a.extend(span, y);
       at_b.extend(span, y);
       strip.extend(span, y);
-      if (span.low <= span.high)
-        set_cells(y, span.low - kRoundingMargin, span.high + kRoundingMargin);
+      if (span.min_x <= span.max_x)
+        set_cells(y, span.min_x - kRoundingMargin, span.max_x + kRoundingMargin);
     }
   }
 

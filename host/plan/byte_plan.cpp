@@ -298,7 +298,8 @@ class BytePlanner {
     }
   }
 
-  /// Encodings of all pictures except normals, limited to the size of a bake.
+  /// Encodings of all pictures except normals, without those whose shorter side is above `size`. If none remains of a
+  /// picture, it keeps the one of the fewest bytes.
   std::vector<PictureLadder> limit_other_ladders(std::uint32_t size) const {
     std::vector<PictureLadder> list = other_ladders_;
     for (PictureLadder& ladder : list) {

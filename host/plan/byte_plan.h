@@ -58,8 +58,8 @@ struct BytePlan {
   LowPolyPlan plan;  ///< `result` has all maps at the largest size that a picture needs
   std::vector<ByteTrial> trials;  ///< All low polys, in the order in which they were built
   std::size_t chosen = 0;         ///< Index of the chosen low poly in `trials`
-  /// Errors of pictures other than normals at the size of `plan`'s bake, relative to the largest baked size, in steps
-  /// of 1/255.
+  /// Errors of the pictures other than normals: the difference between the picture at the size of `plan`'s bake and the
+  /// same picture at the largest baked size, in steps of 1/255.
   std::vector<std::pair<PictureSlot, double>> picture_errors;
 };
 

@@ -216,8 +216,8 @@ bool LevelEvaluator::choose_match(std::size_t level) {
       nodes_[1].clear();
       measured_levels_[1].clear();
     }
-    // Other matches are skipped if none of them can reduce the error by the factor kMaxErrorRatioOfBetterMatch, which
-    // is typical of meshes with hard edges.
+    // The other matches are skipped if no match can reduce the first one's error to kMaxErrorRatioOfBetterMatch times
+    // its value. On meshes with hard edges, this is usually so.
     if (method == first_method &&
         probe.min_error_share(infinite_map) >= kMaxErrorRatioOfBetterMatch)
       break;

@@ -128,7 +128,7 @@ class MatchPlanner {
       if (search_count > 1 &&
           (target_error_ == 0 || (has_chosen_points_ && is_unreachable(nearest))))
         break;
-      if (search_count > 1 && uses_views(method) && !views_may_help()) continue;
+      if (search_count > 1 && uses_views(method) && !may_views_reduce_error()) continue;
       const double method_error = infinite_map_error(method),
                    nearest_error = infinite_map_error(nearest);
       if (by_uvs && limit_of(method).missed == 1) continue;
@@ -202,8 +202,9 @@ class MatchPlanner {
     return infinite_map.error.mean_degrees;
   }
 
-  /// True if a method has a lower error than another. At grazing views, heights far off the low poly may raise the
-  /// error above that of a miss, so a method with more misses than matching by UVs never counts as better.
+  /// True if a method has a lower error than another. At grazing views, a matched point far from the low poly can have
+  /// a larger error than a miss, so that a method could win by missing more. Therefore a method with more misses than
+  /// matching by UVs never counts as better than that.
   bool is_better_match(MatchMethod method, double error, MatchMethod other,
                        double other_error) const {
     const bool misses_more =
@@ -224,7 +225,7 @@ class MatchPlanner {
 
   /// Preparing depth views in addition to a BVH is expensive. If rays miss nothing, and no other method has a
   /// lower error, then the low poly's shape limits the error and not the match, so views are not tried.
-  bool views_may_help() const {
+  bool may_views_reduce_error() const {
     const PlanLimit& first = limit_of(searching_methods().front());
     return first.missed > kMaxMissedShare ||
            std::any_of(plan_.limits.begin(), plan_.limits.end(), [&](const PlanLimit& limit) {

@@ -261,8 +261,9 @@ void keep_pareto_optimal(PictureLadder& ladder) {
   });
 }
 
-PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
-                        std::span<const std::uint8_t> coverage, const PictureFitOptions& options) {
+PictureLadder measure_encodings(PictureSlot picture, const Image& full, TextureUse use,
+                                std::span<const std::uint8_t> coverage,
+                                const PictureFitOptions& options) {
   const std::vector<Image> levels = covered_levels(full, coverage, use);
   const auto error_of = [&](const Image& decoded) {
     if (use == TextureUse::normal && options.normal_error) return options.normal_error(decoded);
@@ -314,7 +315,7 @@ std::vector<PictureLadder> picture_ladders(const AssetMaps& maps,
   std::vector<PictureLadder> ladders;
   const auto add = [&](PictureSlot picture, const Image& image, TextureUse use) {
     if (image.pixels.empty()) return;
-    ladders.push_back(ladder_of(picture, image, use, maps.coverage, options));
+    ladders.push_back(measure_encodings(picture, image, use, maps.coverage, options));
   };
   if (maps.normal != nullptr) add(PictureSlot::normal, *maps.normal, TextureUse::normal);
   add(PictureSlot::color, color_picture(maps), TextureUse::color);

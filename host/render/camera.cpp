@@ -66,13 +66,13 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
     area += length(normal);
   }
   if (area > 0) target.facing = target.facing * (1 / area);
-  // Largest coordinate in units of the mesh's local frame (see Frame); vertices farther out are not
+  // Largest distance from the origin of the mesh's local frame, in its units (see Frame). Vertices farther out are not
   // shown
-  constexpr double kMaxFrameDistance = 1;
+  constexpr double kMaxLocalDistance = 1;
   for (std::size_t i = 0; i < is_used_vertex.size(); ++i) {
     if (!is_used_vertex[i]) continue;
     const Vec3 point = target.frame.to_frame(mesh, i);
-    if (length(to_double(point)) <= kMaxFrameDistance) target.points.push_back(point);
+    if (length(to_double(point)) <= kMaxLocalDistance) target.points.push_back(point);
   }
   return target;
 }

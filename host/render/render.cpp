@@ -158,10 +158,10 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
   const std::uint64_t skipped = rays->stats().skipped;
   if (skipped == mesh.triangles.size()) {
     throw Error(ErrorCode::input,
-                (skipped == 1 ? "The only triangle of '" + mesh.name + "' has"
+                (skipped == 1 ? "The only triangle of '" + mesh.name + "' has no area, or has"
                               : "All " + std::to_string(skipped) + " triangles of '" + mesh.name +
-                                    "' have") +
-                    " no area or non-finite corners, so there is nothing to draw. "
+                                    "' have no area, or have") +
+                    " non-finite corners, so there is nothing to draw. "
                     "Check the file's coordinates.");
   }
   if (skipped != 0) {
@@ -169,8 +169,8 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
         {"mesh-skipped",
          std::to_string(skipped) + " of " + std::to_string(mesh.triangles.size()) +
              " triangles of '" + mesh.name + "' " +
-             (skipped == 1 ? "has no area or non-finite corners; it is not drawn."
-                           : "have no area or non-finite corners; they are not drawn."),
+             (skipped == 1 ? "has no area, or has non-finite corners; it is not drawn."
+                           : "have no area, or have non-finite corners; they are not drawn."),
          skipped});
   }
   if (const std::string coarse = coarse_steps(mesh, target.frame); !coarse.empty()) {

@@ -83,8 +83,9 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   return !would_duplicate_triangle(a, b);
 }
 
-/// Variant of keeps_topology() that does not visit the triangles of the hub: it only tests the neighbours of `b`.
-/// Rejects an edge beside a second hub.
+/// Variant of keeps_topology() for the edge between a hub (a vertex with very many triangles) and `b`. It only tests
+/// the neighbours of `b`, since it may not visit all triangles of the hub. Rejects the edge if `b` is also adjacent to
+/// another hub.
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   mesh_.gather(b, neighbours_of_b_);
   std::uint32_t edge_triangles = 0;

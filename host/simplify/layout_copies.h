@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// The corners (UVs) and triangles of a layout that are copies of each other.
+/// Finds the copies of each triangle in a UV layout, and the copies of each of its corners. A corner is a UV index.
 class LayoutCopies {
  public:
   /// Triangles are copies if their corners have the same UVs, except for mirroring and whole-number offsets.

@@ -26,8 +26,8 @@ std::size_t SimplifyJob::count_vertices(const SimplifyResult& result) const {
   return points.size();
 }
 
-/// Adds a back to each front that has one in the high poly. Backs get vertices of their own, since many programs reject
-/// two faces with the same vertices.
+/// For each triangle whose surface is two-sided in the high poly, adds a back: a triangle with the opposite
+/// orientation. Backs get vertices of their own, since many programs reject two faces with the same vertices.
 void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                             std::vector<Triangle>& triangles) const {
   if (label_back_.empty()) return;

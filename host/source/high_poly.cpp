@@ -109,12 +109,13 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
   const std::uint64_t skipped = stats_.skipped_triangles;
   const std::string coarse = coarse_steps(high, frame);
   if (skipped == triangles.size()) {
-    throw Error(ErrorCode::input, (skipped == 1 ? "The only triangle of '" + high.name + "' has"
-                                                : "All " + std::to_string(skipped) +
-                                                      " triangles of '" + high.name + "' have") +
-                                      " no area or non-finite corners" +
-                                      (coarse.empty() ? ": nothing can be baked from it."
-                                                      : " once they are rounded: " + coarse));
+    throw Error(ErrorCode::input,
+                (skipped == 1 ? "The only triangle of '" + high.name + "' has no area, or has"
+                              : "All " + std::to_string(skipped) + " triangles of '" + high.name +
+                                    "' have no area, or have") +
+                    " non-finite corners" +
+                    (coarse.empty() ? ": nothing can be baked from it."
+                                    : " once they are rounded: " + coarse));
   }
   if (skipped != 0) {
     const std::uint64_t flat = count_without_area(high.positions, triangles);
@@ -122,7 +123,8 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
     warnings.push_back(
         {rounded == 0 ? "source-skipped" : "source-rounded",
          std::to_string(skipped) + " of " + std::to_string(triangles.size()) + " triangles of '" +
-             high.name + "' " + (skipped == 1 ? "has" : "have") + " no area or non-finite corners" +
+             high.name + "' " + (skipped == 1 ? "has no area, or has" : "have no area, or have") +
+             " non-finite corners" +
              (rounded == 0   ? ""
               : skipped == 1 ? ", once it is rounded"
                              : ", " + std::to_string(rounded) + " of them since they are rounded") +
@@ -169,14 +171,14 @@ Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh
   chunked_rays_ = std::make_unique<ChunkedRays>(chunks_, traversal);
   chunked_closest_ = std::make_unique<ChunkedClosest>(chunks_, traversal);
   if (summary.unsearchable_triangles != 0) {
-    warnings.push_back({"source-skipped",
-                        std::to_string(summary.unsearchable_triangles) + " of " +
-                            std::to_string(stats_.triangles) + " triangles of '" +
-                            chunked.mesh().name() + "' " +
-                            (summary.unsearchable_triangles == 1
-                                 ? "has no area or non-finite corners; rays pass through it."
-                                 : "have no area or non-finite corners; rays pass through them."),
-                        summary.unsearchable_triangles});
+    warnings.push_back(
+        {"source-skipped",
+         std::to_string(summary.unsearchable_triangles) + " of " +
+             std::to_string(stats_.triangles) + " triangles of '" + chunked.mesh().name() + "' " +
+             (summary.unsearchable_triangles == 1
+                  ? "has no area, or has non-finite corners; rays pass through it."
+                  : "have no area, or have non-finite corners; rays pass through them."),
+         summary.unsearchable_triangles});
   }
   const std::string coarse = coarse_steps(chunked.sample(), frame);
   if (!coarse.empty()) {

@@ -32,7 +32,7 @@ class SetLayouts {
   Mesh& part_;
   std::uint32_t nowhere_;  // Index of a UV that is not finite, which triangles of other sets get
   Source::Impl::KnownLow known_;
-  std::vector<std::uint32_t> members_;  // Triangles of the last set
+  std::vector<std::uint32_t> members_;  // Triangles of the set that lay_out() was last called with
   // Offset of the current UVs, in tiles. Its first value differs from the offset of every set, so that the first set's
   // UVs are computed
   std::uint32_t tile_u_ = std::numeric_limits<std::uint32_t>::max(), tile_v_ = tile_u_;

@@ -115,7 +115,7 @@ void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uin
   const auto begin = std::max(first_row, static_cast<std::uint32_t>(rows.first / side));
   const auto end = std::min(last_row, static_cast<std::uint32_t>(rows.last / side) + 1);
   for (std::uint32_t row = begin; row < end; ++row) {
-    // Clips the triangle to the range from the first to the last row of sample centres of a row of blocks.
+    // Clips the triangle in y to a row of blocks: from the centres of its first row of samples to those of its last.
     const double top = double{1.0} * row * side * unit + half;
     const double bottom = top + (side - 1) * unit;
     double low = 1e30;

@@ -197,8 +197,9 @@ std::vector<Warning> flaw_warnings(const LowSurface& surface, const PieceBuilder
   }
   if (const CountedFlaw& found = merged_builder.degenerate_low; found.count != 0) {
     warnings.push_back({"low-degenerate",
-                        name_triangles(found.count) + (found.count == 1 ? "has" : "have") +
-                            " no area or a non-finite corner, for example triangle " +
+                        name_triangles(found.count) +
+                            (found.count == 1 ? "has no area, or has" : "have no area, or have") +
+                            " a non-finite corner, for example triangle " +
                             std::to_string(found.example) +
                             ": they were not baked. Clean up the mesh if they should be.",
                         found.count});

@@ -23,8 +23,9 @@ struct TexelBand {
   std::uint32_t sample_count = 0;
   /// Number of samples along a texel's side: a whole texel has N x N samples
   std::uint32_t samples = 1;
-  std::uint32_t capacity = 0;            ///< Number of elements in each plane of the arrays below
-  cl::Array<std::uint32_t> texel_index;  ///< [texel_count] (row - first_row) * width + column
+  std::uint32_t capacity = 0;  ///< Number of elements in each plane of the arrays below
+  cl::Array<std::uint32_t>
+      texel_index;  ///< [texel_count] index in the band: (row - first_row) * width + column
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel
   cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] index within the texel: sy * N + sx
   cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the low poly

@@ -35,8 +35,8 @@ void check_input(const Mesh& mesh, const UnwrapOptions& options) {
   }
   if (options.detail_of != nullptr && options.method != UnwrapMethod::charts) {
     throw Error(ErrorCode::usage,
-                "unwrap: detail_of has no effect with the method pairs, which distributes texels "
-                "by area: choose the method charts, or leave detail_of out");
+                "unwrap: detail_of has no effect with method 'pairs', which distributes texels by "
+                "area: choose method 'charts', or leave detail_of out");
   }
   validate(mesh);
   if (options.detail_of != nullptr) validate(*options.detail_of);
@@ -85,13 +85,13 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
                        : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;
   if (degenerate != 0) {
-    report->warnings.push_back({"degenerate-triangles",
-                                counted(degenerate, "triangle") +
-                                    (degenerate == 1 ? " has" : " have") +
-                                    " no area or a corner that is not finite (the first is " +
-                                    std::to_string(first_degenerate) +
-                                    "); they cover no texel: all their UVs are at (0, 0)",
-                                degenerate});
+    report->warnings.push_back(
+        {"degenerate-triangles",
+         counted(degenerate, "triangle") +
+             (degenerate == 1 ? " has no area, or has" : " have no area, or have") +
+             " a corner that is not finite (the first is " + std::to_string(first_degenerate) +
+             "); they cover no texel: all their UVs are at (0, 0)",
+         degenerate});
   }
   report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -67,7 +67,7 @@ class IsosurfacePatch {
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> seeds;  ///< Indices in the patch of the seed triangles that remain
+  std::vector<std::uint32_t> seeds;  ///< Remaining seed triangles, as indices into `triangles`
   /// For each vertex, 1 if it lies on the patch's boundary or on an open border
   std::vector<std::uint8_t> is_fixed;
   std::vector<Vec3> fine_points;

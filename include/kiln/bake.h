@@ -190,7 +190,7 @@ struct BakeReport {
   /// Detail that the map lacks; set if `recall` was requested and the match supports it
   std::optional<HighCoverageReport> recall = {};
   double curvature_radius = 0;    ///< Radius in effect, world units; 0 if curvature was not baked
-  std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
+  std::vector<IdEntry> ids = {};  ///< Legend of the map `id`, if that was baked
   /// Report of ambient occlusion; set if ao or bent_normal was baked. For variants see BakedMap
   std::optional<OcclusionReport> occlusion = {};
   double seconds_recall = 0;  ///< Duration of computing `recall`

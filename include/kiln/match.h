@@ -277,10 +277,11 @@ enum class VisibilityTest {
 
 /// Likelihood of directions from which the low poly will be viewed. +Y is up.
 enum class ViewLikelihood {
-  all,      ///< All directions are equally likely
-  horizon,  ///< Views from the side are likely: squared cosine of the angle to the horizon
-  /// Views from above are likely: 1 straight above, falling linearly with height to 0 straight
-  /// below
+  all,  ///< All directions are equally likely
+  /// Views from the side are likelier: the weight is the squared cosine of the angle to the horizon
+  horizon,
+  /// Views from above are likelier: the weight is 1 straight above, and falls linearly with height to 0
+  /// straight below
   up,
   list,  ///< The directions and weights of VisibilityOptions::likelihoods
 };
@@ -307,7 +308,8 @@ struct VisibilityOptions {
   /// directions that see a texel scatter, they are split into this number of clusters, and each has
   /// a map (Tarini et al., section 6). Elsewhere the maps are equal.
   std::uint32_t clusters = 1;
-  /// Standard deviation above which a texel's directions are split, 0 to 1. An open plane has 0.745.
+  /// Standard deviation above which a texel's directions are split, 0 to 1. An unoccluded plane has
+  /// 0.745.
   double cluster_deviation = 0.8;
   /// For ViewLikelihood::list: each of the spread directions has the weight of the nearest of these. Only
   /// ratios of weights count.

@@ -31,13 +31,14 @@ struct NormalError {
   std::uint64_t pixels = 0;  ///< Number of compared pixels: those that both meshes cover
   /// Pixels that only one of the two meshes covers; they are not compared
   std::uint64_t one_sided = 0;
-  double mean_degrees = 0;             ///< Mean angle over the compared pixels
-  double rms_degrees = 0;              ///< Root mean square of the error
-  double median_degrees = 0;           ///< Angle that half of the pixels do not exceed
-  double p95_degrees = 0;              ///< Angle that 95% of the pixels do not exceed
-  double p99_degrees = 0;              ///< Angle that 99% of the pixels do not exceed
-  double max_degrees = 0;              ///< Largest angle
-  double mean_8bit = 0;                ///< Mean length of the 8-bit difference
+  double mean_degrees = 0;    ///< Mean angle over the compared pixels
+  double rms_degrees = 0;     ///< Root mean square of the error
+  double median_degrees = 0;  ///< Angle that half of the pixels do not exceed
+  double p95_degrees = 0;     ///< Angle that 95% of the pixels do not exceed
+  double p99_degrees = 0;     ///< Angle that 99% of the pixels do not exceed
+  double max_degrees = 0;     ///< Largest angle
+  /// Mean over the compared pixels of the length of the 8-bit difference, described above
+  double mean_8bit = 0;
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
   /// Standard error of `mean_degrees` due to the limited number of directions and pixels, from the spread
   /// of the pictures' means: 0 for a single picture.

@@ -13,8 +13,8 @@ namespace KILN_PUBLIC kiln {
 
 /// A rectangle of texels of a map.
 struct Rectangle {
-  std::uint32_t x = 0;       ///< Column of its left texels
-  std::uint32_t y = 0;       ///< Row of its upper texels, from the top
+  std::uint32_t x = 0;       ///< Column of its leftmost texels
+  std::uint32_t y = 0;       ///< Row of its uppermost texels, from the top
   std::uint32_t width = 0;   ///< Width, texels
   std::uint32_t height = 0;  ///< Height, texels
   friend bool operator==(const Rectangle&, const Rectangle&) = default;

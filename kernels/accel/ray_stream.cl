@@ -164,7 +164,7 @@ static KILN_CALL void ray_stream_block(const kiln_ray_params params, global cons
   }
   for (uint run = 0; run < RAY_STREAM_RUNS; ++run) {
     while (waiting[run] != 0) {
-      // The bin of the first ray that waits, with as many rays as fit into a stream.
+      // Selects the bin of the first waiting ray, and takes as many of its rays as fit into a stream.
       const uchar bin = bins[run * KILN_STREAM_RAYS + stream_lowest_bit(waiting[run])];
       uint rays = 0;
       for (uint other = run; other < RAY_STREAM_RUNS; ++other) {

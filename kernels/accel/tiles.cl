@@ -81,8 +81,8 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
     const float16 n = facing_x * TILE_FLOATS(b->axis[0], 0) +
                       facing_y * TILE_FLOATS(b->axis[1], 0) + facing_z * TILE_FLOATS(b->axis[2], 0);
     const float16 q = (0.002f + rounding) / (scale * height);
-    // Largest cosine of the cone to the viewer; square roots of small numbers have errors up to
-    // 5e-4.
+    // Largest cosine between the cone's normals and the direction to the viewer. Square roots of small
+    // numbers have errors of up to 5e-4, so the test adds a margin of 1e-3.
     const float16 max_cosine =
         n * cosine + sqrt(max(1.0f - n * n, (float16)(0.0f))) * sqrt(1.0f - cosine * cosine);
     const int16 is_turned_away = (cosine >= 0.0f) & (max_cosine + 1e-3f <= -(6.0f * q + 8.0f * q * q));

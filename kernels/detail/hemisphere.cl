@@ -60,7 +60,7 @@ kernel void kiln_hemisphere_gather(
   to_turns[i] = params.by_key != 0u ? hemisphere_turn(turns[s], params.round) : turns[s];
 }
 
-/// Computes new rotations of the same samples for another round of rays.
+/// Computes new rotations about the normals of the same samples, for another round of rays.
 kernel void kiln_hemisphere_rotate_round(const kiln_pick_params params,
                                          global const uint* restrict samples,
                                          global const uint* restrict keys,

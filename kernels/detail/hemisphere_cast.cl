@@ -102,8 +102,8 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
                   turn_table, directions, rings, scratch, hits, open, bent_sum);
 }
 
-/// Generates rays [first_row, first_row + rows) of one sample in the order of the ray set. Sorting them by rings is
-/// only useful for rows with rays of many samples.
+/// Generates rays [first_row, first_row + rows) of one sample, in the order of the ray set. Unlike hemisphere_fill(),
+/// it does not begin each ring at another ray: that only aligns the directions of rows that hold rays of many samples.
 static KILN_CALL void hemisphere_fill_by_sample(const kiln_hemisphere_params params,
                                           global const float* point, uint code,
                                           global const float* turn_table,

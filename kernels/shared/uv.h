@@ -53,7 +53,7 @@ typedef struct kiln_uv_params {
 } kiln_uv_params;
 KILN_CHECK_SIZE(kiln_uv_params, 64);
 
-/// Counts of a row of samples.
+/// Numbers of covered and of overlapping samples in a row, and the first overlap.
 typedef struct kiln_uv_row {
   kiln_uint covered;
   kiln_uint overlapping;

@@ -78,7 +78,7 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
   save_obj(test::cube(12), folder / "far.obj");
   const ProcessResult far = bake("f", {"--cage-mesh", folder / "far.obj"});
   EXPECT_EQ(far.exit_code, 0) << far.errors;
-  EXPECT_NE(far.errors.find("The way from the cage to the low poly is"), std::string::npos)
+  EXPECT_NE(far.errors.find("The distance from the cage to the low poly is"), std::string::npos)
       << far.errors;
 
   const auto draw = [&](std::vector<std::string> flags) {

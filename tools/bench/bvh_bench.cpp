@@ -15,26 +15,26 @@ namespace {
 void bench_build(const Mesh& mesh, const DeviceInfo& info) {
   const std::vector<Vec3> positions = Frame::of(mesh).to_frame(mesh);
   const Bvh bvh = build_bvh(positions, mesh.triangles);
-  std::vector<double> ours;
-  std::vector<double> theirs;
+  std::vector<double> kiln_seconds;
+  std::vector<double> embree_seconds;
   std::vector<double> cpu_ratios;
   for (int round = 0; round < 7; ++round) {
     const std::clock_t start = std::clock();
-    ours.push_back(seconds_of([&] { build_bvh(positions, mesh.triangles); }));
+    kiln_seconds.push_back(seconds_of([&] { build_bvh(positions, mesh.triangles); }));
     const std::clock_t middle = std::clock();
     const EmbreeScene embree(positions, mesh.triangles, false);
-    theirs.push_back(embree.build_seconds());
+    embree_seconds.push_back(embree.build_seconds());
     cpu_ratios.push_back(embree.build_cpu_seconds() * CLOCKS_PER_SEC /
                          static_cast<double>(middle - start));
   }
-  std::sort(ours.begin(), ours.end());
-  std::sort(theirs.begin(), theirs.end());
+  std::sort(kiln_seconds.begin(), kiln_seconds.end());
+  std::sort(embree_seconds.begin(), embree_seconds.end());
   const auto faces = static_cast<double>(mesh.triangles.size());
   const auto bytes = static_cast<double>(bvh.nodes().size_bytes() + bvh.blocks().size_bytes());
   JsonLine line;
   line.add("bench", "build").add("scene", mesh.name).add("triangles", faces);
-  line.add("seconds", ours[3]).add("embree_seconds", theirs[3]);
-  line.add("ratio_to_peer", theirs[3] / ours[3]);
+  line.add("seconds", kiln_seconds[3]).add("embree_seconds", embree_seconds[3]);
+  line.add("ratio_to_peer", embree_seconds[3] / kiln_seconds[3]);
   line.add("cpu_ratio_to_peer", Mode::median_of(cpu_ratios));
   line.add("bytes_per_triangle", bytes / faces);
   line.add("triangles_per_leaf", faces / static_cast<double>(bvh.block_count));

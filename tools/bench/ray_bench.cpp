@@ -33,7 +33,8 @@ struct Band {
 };
 
 struct Agreement {
-  double rays = 0, ours = 0, theirs = 0, only_ours = 0, only_theirs = 0, other_depth = 0;
+  double rays = 0, kiln_hits = 0, embree_hits = 0, only_kiln_hits = 0, only_embree_hits = 0;
+  double other_depth = 0;
   double other_triangle = 0;
 };
 
@@ -102,8 +103,8 @@ class RayBench {
                 {{"rays", rays_},
                  {"size", size_},
                  {"triangles", static_cast<double>(high_.triangles.size())},
-                 {"only_ours", agreement.only_ours},
-                 {"only_theirs", agreement.only_theirs},
+                 {"only_ours", agreement.only_kiln_hits},
+                 {"only_theirs", agreement.only_embree_hits},
                  {"other_depth", agreement.other_depth},
                  {"other_triangle", agreement.other_triangle}});
   }
@@ -223,10 +224,10 @@ class RayBench {
         const bool kiln_hit = triangle[i] != KILN_NO_TRIANGLE;
         const bool embree_hit = band.peer.triangle[i] != KILN_NO_TRIANGLE;
         const float t = query.offset - distance[i];
-        sum.ours += kiln_hit ? 1 : 0;
-        sum.theirs += embree_hit ? 1 : 0;
-        sum.only_ours += kiln_hit && !embree_hit ? 1 : 0;
-        sum.only_theirs += embree_hit && !kiln_hit ? 1 : 0;
+        sum.kiln_hits += kiln_hit ? 1 : 0;
+        sum.embree_hits += embree_hit ? 1 : 0;
+        sum.only_kiln_hits += kiln_hit && !embree_hit ? 1 : 0;
+        sum.only_embree_hits += embree_hit && !kiln_hit ? 1 : 0;
         if (kiln_hit && embree_hit) {
           sum.other_depth += std::abs(t - band.peer.t[i]) > 1e-5F ? 1 : 0;
           sum.other_triangle += triangle[i] != band.peer.triangle[i] ? 1 : 0;

@@ -135,7 +135,7 @@ void bench(const Device& device, std::uint32_t cells, std::uint32_t size, const 
   }
   scene.check(session);
   all.print(name + ", all vertices move");
-  // The first update of a session is timed in several sessions, then the updates that follow.
+  // Times the first update of several new sessions, and the next three updates of each.
   for (int i = 0; i < std::max(3, frames / 10); ++i) {
     BakeSession fresh = scene.begin();
     first.add([&] {

@@ -57,12 +57,12 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     return static_cast<int>(ErrorCode::usage);
   }
   // Removes empty folders that the run created, however it ends.
-  struct Tidy {
+  struct FolderCleanup {
     bool has_succeeded = false;
-    ~Tidy() {
+    ~FolderCleanup() {
       if (!has_succeeded) remove_empty_output_folders();
     }
-  } tidy;
+  } folder_cleanup;
   try {
     OutputSet outputs;
     const int result = command();
@@ -70,7 +70,7 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     // standard output is finished first, so that no file is placed if that fails
     cli::finish_output();
     outputs.commit();
-    tidy.has_succeeded = result == 0;
+    folder_cleanup.has_succeeded = result == 0;
     return result;
   } catch (const Error& error) {
     // An interrupt during the compilation of a kernel appears as an error of the driver.

@@ -99,7 +99,7 @@ struct ChartArguments : LabArguments {
   std::vector<std::string> settings;
   std::uint32_t repeat = 3;  ///< Number of timed runs of each setting
   bool ao = false;           ///< True to add a chart of ambient occlusion
-  /// Error bound for the choice among settings of ambient occlusion, a share of 1
+  /// Error bound for the choice among settings of ambient occlusion, 0 to 1, where 1 is the range from black to white
   std::optional<double> ao_error;
   /// Time limit in seconds for the choice among settings of ambient occlusion
   std::optional<double> ao_budget;

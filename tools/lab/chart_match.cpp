@@ -46,7 +46,7 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
            "Uniformity: deviation of the distance between matches from that between their texels",
            "Mean, %"},
           {"normal_error", "normal_error.mean_angle_degrees",
-           "Error of the picture: rendered normals to the high poly's (no map: " +
+           "Error of the picture: angle between rendered normals and the high poly's (no map: " +
                fixed_text(degrees_without_map, 2) + "°)",
            "Mean angle, degrees"},
           {"map_error", "map_error.mean_angle_degrees", "", ""}};
@@ -267,7 +267,8 @@ class MatchChart : public ChartKind {
     return mask;
   }
 
-  /// Adds a setting's views to its figures, and labels its mark if the number of views was chosen automatically.
+  /// Adds a setting's views to its part of the report, and labels its mark if the number of views was chosen
+  /// automatically.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
     marks_[i].figures.update(fields(

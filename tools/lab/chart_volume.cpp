@@ -31,7 +31,7 @@ struct VolumeMapMethod {
 /// True for the low poly's own normals, without a map.
 bool is_without_map(const VolumeMapMethod& method) { return method.name == "none"; }
 /// True for the map that extract() makes.
-bool is_direct(const VolumeMapMethod& method) { return method.name == "direct"; }
+bool is_made_by_extract(const VolumeMapMethod& method) { return method.name == "direct"; }
 
 /// All methods that are compared.
 std::vector<VolumeMapMethod> volume_map_methods() {
@@ -50,7 +50,8 @@ const std::vector<Measure>& measures() {
       {"gradient_error", "gradient_error.mean_angle_degrees",
        "Error of the map: angle to the volume's gradient", "Mean angle, degrees"},
       {"normal_error", "normal_error.mean_angle_degrees",
-       "Error of the picture: rendered normals to the full contour's", "Mean angle, degrees"}};
+       "Error of the picture: angle between rendered normals and the full contour's",
+       "Mean angle, degrees"}};
   return all_measures;
 }
 
@@ -105,10 +106,10 @@ class VolumesChart : public ChartKind {
     styles = kStyles;
     explanation =
         "Seconds: from the volume in memory to low poly and object-space map there. Errors are "
-        "angles: of the map's texels to the volume's gradient, along the shading normal and along "
-        "the triangle's, and of rendered normals to the full contour's. Missed: samples of the "
-        "bake that found no point; empty: texels without a normal. *: no other setting is both "
-        "faster and more accurate.";
+        "angles: between the map's texels and the volume's gradient, along the shading normal and "
+        "along the triangle's, and between rendered normals and the full contour's. Missed: "
+        "samples of the bake that found no point; empty: texels without a normal. *: no other "
+        "setting is both faster and more accurate.";
   }
 
   void read(std::size_t i) override { volume_ = read_volume(inputs[i], a_.surface, warnings); }
@@ -284,7 +285,7 @@ class VolumesChart : public ChartKind {
       figures.update(
           fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
       add_warnings(report.warnings, settings_warnings);
-    } else if (is_direct(method)) {
+    } else if (is_made_by_extract(method)) {
       map = size_data.low_poly.normal_map;
     }
     const Scene scene(*device_, low,
@@ -333,7 +334,7 @@ class VolumesChart : public ChartKind {
     const double contour = contour_seconds(low_poly.contour);
     const double simplify = low_poly.seconds_simplify, low = simplify + low_poly.seconds_atlas;
     if (is_without_map(*method)) return seconds(contour + simplify, contour, simplify, 0, 0);
-    if (is_direct(*method))
+    if (is_made_by_extract(*method))
       return seconds(size_data->seconds, contour, low, 0, low_poly.seconds_map);
     watch.lap();
     const Source source(*device_, high_);

@@ -143,10 +143,11 @@ void check_meshes(const Arguments& a) {
 }
 
 void check_plan(const Arguments& a) {
-  refuse_flags(a,
-               {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
-                "--directions", "--pixels"},
-               "charts of matches, but --plan charts bytes: leave it out.");
+  refuse_flags(
+      a,
+      {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
+       "--directions", "--pixels"},
+      "charts of matches, but --plan draws a chart of file sizes: give only one of the two.");
   if (is_volume(a, a.meshes.front())) {
     fail_usage("'" + a.meshes.front() +
                "' is a volume, but --plan takes only high polys: give meshes.");

@@ -44,7 +44,8 @@ struct LabRun {
   /// Prepares the output folder and the destination of the report. \throws Error(output)
   explicit LabRun(const LabArguments& arguments);
 
-  /// Returns a progress callback for work between two shares of the run. The run must outlive it.
+  /// Returns a progress callback for a step that takes the run's progress from one fraction to another, each 0 to 1.
+  /// The run must outlive it.
   Progress within(double from, double to);
   /// Ends a stage and adds its seconds to the report.
   void record_stage(const char* stage) { seconds[stage] = watch.lap(); }

@@ -272,8 +272,8 @@ std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, do
 
 double degrees_of(const Json& row) { return row.at(kDegreesPath).number(); }
 
-/// Finds the first figure of a series whose mean angle is within 5% of the smallest one, beyond which more views or
-/// texels gain little.
+/// Finds the first row of a series whose mean angle is within 5% of the smallest one. More views or texels than in that
+/// row gain little.
 const Json& find_sufficient(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
   double min_error = degrees_of(series.front());
@@ -283,7 +283,7 @@ const Json& find_sufficient(const std::vector<Json>& series) {
   });
 }
 
-/// Makes a curve of figures, given by their paths.
+/// Makes a curve of two values in each row of a series, given by their paths.
 Json curve_of(const std::string& title, const Json& look, const std::vector<Json>& series,
               const char* x, const char* y) {
   const auto figure = [](const char* path) {

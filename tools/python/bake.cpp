@@ -426,8 +426,8 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   if (job_.cage_auto) {
     cage_ = find_cage(*source, low, options);
     options.match.cage_mesh = &cage_->mesh;
-    options.match.max_distance
-        .reset();  // the search distance limited the search for the cage; rays end at the cage itself
+    // The search distance is only used to compute the cage; rays end at the cage itself
+    options.match.max_distance.reset();
     warnings.insert(warnings.end(), cage_->warnings.begin(), cage_->warnings.end());
   }
 }

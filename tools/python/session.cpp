@@ -35,7 +35,7 @@ class Exclusive {
   /// Calls a function with the session, and keeps it alive if another thread closes it meanwhile.
   /// \throws Error(usage) after close(), and during another call
   template <typename Function>
-  auto use(const Function& function) {
+  auto call_with_session(const Function& function) {
     if (session_ == nullptr)
       throw Error(ErrorCode::usage, "The session is closed: create a new one.", "closed");
     if (busy_) {
@@ -142,7 +142,7 @@ class PyBakeSession {
   void set_positions(nb::handle given, std::optional<std::uint32_t> first) {
     const Call call;
     const auto rows = doubles(given, "positions", {-1, 3});
-    work_.use([&](Work& work) {
+    work_.call_with_session([&](Work& work) {
       const Mesh& high = work.session.high();
       const std::uint32_t first_vertex =
           find_first_row("positions", first, rows.shape(0), high.positions.size());
@@ -171,7 +171,7 @@ class PyBakeSession {
   void set_normals(nb::handle given, std::optional<std::uint32_t> first) {
     const Call call;
     const auto rows = floats(given, "normals", {-1, 3});
-    work_.use([&](Work& work) {
+    work_.call_with_session([&](Work& work) {
       const Mesh& high = work.session.high();
       if (high.normals.empty()) {
         throw Error(
@@ -192,7 +192,7 @@ class PyBakeSession {
 
   PyBake bake() {
     const Call call;
-    return work_.use([&](Work& work) {
+    return work_.call_with_session([&](Work& work) {
       std::vector<Warning> notes;
       BakeResult result = call.run([&] {
         BakeResult baked = work.session.bake();
@@ -207,7 +207,7 @@ class PyBakeSession {
 
   /// Returns (triangles, texels, matched, (x, y, width, height), seconds).
   nb::tuple last_update() {
-    return work_.use([](Work& work) {
+    return work_.call_with_session([](Work& work) {
       const BakeSession::Update& u = work.session.last_update();
       const Rectangle& box = u.dirty;
       return nb::make_tuple(u.triangles, u.texels, u.matched,
@@ -217,7 +217,7 @@ class PyBakeSession {
 
   /// Returns a copy of the current mesh.
   PyMesh mesh() {
-    return work_.use([&](Work& work) {
+    return work_.call_with_session([&](Work& work) {
       PyMesh copy = high_;
       copy.mesh = make_shared_mesh(Mesh(work.session.high()));
       return copy;
@@ -226,7 +226,7 @@ class PyBakeSession {
 
   /// Returns the two corners of the box in world units.
   nb::tuple bounds() {
-    return work_.use([](Work& work) {
+    return work_.call_with_session([](Work& work) {
       const auto world = [&](const std::array<double, 3>& corner) {
         const std::array<double, 3>& origin = work.session.high().origin;
         return nb::make_tuple(origin[0] + corner[0], origin[1] + corner[1], origin[2] + corner[2]);
@@ -304,7 +304,7 @@ class PyViewSession {
     const auto xyz = doubles(direction, "direction", {3});
     const Vec3 toward = {static_cast<float>(xyz.data()[0]), static_cast<float>(xyz.data()[1]),
                          static_cast<float>(xyz.data()[2])};
-    return work_.use([&](Work& work) {
+    return work_.call_with_session([&](Work& work) {
       const ViewSession::Step step = with_parameter("direction", [&] {
         // No progress is reported, so that a view cannot be cancelled half-way, after some samples have used it.
         const nb::gil_scoped_release unlocked;
@@ -317,7 +317,7 @@ class PyViewSession {
 
   PyMatch match() {
     const Call call;
-    return work_.use([&](Work& work) {
+    return work_.call_with_session([&](Work& work) {
       auto found = call.run([&] { return std::make_shared<const Match>(work.session.match()); });
       const auto count = [&](SampleStatus status) {
         return std::count(found->status.begin(), found->status.end(),

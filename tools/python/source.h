@@ -25,7 +25,7 @@ struct PySource {
   void close();
 
   PyMesh high;
-  /// True if parts of the mesh face inwards; a low poly without such parts gets a warning
+  /// True if parts of the high poly face inwards. Bakes then warn if the low poly has no such parts
   bool faces_inwards = false;
   std::string device;
   std::optional<Source> source;

@@ -18,8 +18,9 @@ class Profile {
     double radius, height;
   };
   struct Sample {
-    double radius, height;                ///< A point of the curve
-    double normal_radius, normal_height;  ///< Unit normal, to the right of the curve's direction
+    double radius, height;  ///< A point of the curve
+    /// Radial and axial component of the unit normal, to the right of the curve's direction
+    double normal_radius, normal_height;
   };
 
   /// A centripetal Catmull-Rom spline through the controls. The first and the last lie on the axis.

@@ -100,9 +100,9 @@ std::array<char*, kMaxVariables + 2> restart_environment;
 std::array<char, 64> restart_variable{};
 char** restart_arguments = nullptr;
 
-pid_t copy = -1;
+pid_t child_process = -1;
 extern "C" void forward_signal(int number) {
-  if (copy > 0) kill(copy, number);
+  if (child_process > 0) kill(child_process, number);
 }
 
 }  // namespace
@@ -129,14 +129,14 @@ void restart() noexcept {
 }
 
 SplitEnd split_process() {
-  copy = fork();
-  if (copy == 0) return {SplitEnd::Kind::child, 0};
-  if (copy < 0) return {};
+  child_process = fork();
+  if (child_process == 0) return {SplitEnd::Kind::child, 0};
+  if (child_process < 0) return {};
   signal(SIGINT, SIG_IGN);  // a terminal sends the signal to both processes
   signal(SIGTERM, forward_signal);
   signal(SIGHUP, forward_signal);
   int status = 0;
-  while (waitpid(copy, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(child_process, &status, 0) < 0 && errno == EINTR) {
   }
   return {SplitEnd::Kind::parent, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status)};
 }

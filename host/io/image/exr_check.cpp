@@ -96,8 +96,8 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
   offset_table.resize(source.read_at(headers.end, offset_table.data(), offset_table.size()));
   // A block's header consists of the part, the position and the number of bytes.
   const std::uint64_t part_bytes = headers.multi_part ? 4 : 0;
-  const std::uint64_t place_bytes = part.tiled ? 16 : 4;
-  const std::uint64_t head_bytes = part_bytes + place_bytes + 4;
+  const std::uint64_t position_bytes = part.tiled ? 16 : 4;
+  const std::uint64_t head_bytes = part_bytes + position_bytes + 4;
   std::uint64_t total_bytes = 0;
   for (std::uint64_t i = 0; 8 * i + 8 <= offset_table.size(); ++i) {
     const std::string place = "block " + std::to_string(i);
@@ -117,7 +117,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
     if (!placed || (headers.multi_part && little_endian(head, 4) != 0)) {
       fail(place, "another block is at its position", kExportAgain);
     }
-    const std::uint64_t size = little_endian(head + part_bytes + place_bytes, 4);
+    const std::uint64_t size = little_endian(head + part_bytes + position_bytes, 4);
     if (size > source.size() - at - head_bytes) {
       fail(place, "the file ends inside (truncated)", kExportAgain);
     }

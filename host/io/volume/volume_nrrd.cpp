@@ -312,7 +312,7 @@ class JoinedFiles final : public ByteSource {
   struct Part {
     std::string name;
     std::uint64_t offset;  ///< Offset of the data in its file
-    std::uint64_t at;      ///< Offset of the file's data in the whole data
+    std::uint64_t at;      ///< Offset of the file's data in the concatenated data of all files
   };
   const VolumeInput& input_;
   std::vector<Part> file_parts_;

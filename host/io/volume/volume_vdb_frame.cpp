@@ -58,8 +58,8 @@ class GridFrame {
     const auto length = value<std::uint32_t>("a length");
     if (length > left()) {
       place_ = at;
-      fail(what + " is said to have " + std::to_string(length) + " bytes, but the file has " +
-           std::to_string(left() - sizeof length) + " more");
+      fail(what + " claims " + std::to_string(length) + " bytes, but only " +
+           std::to_string(left() - sizeof length) + " are left in the file");
     }
     std::string result(length, '\0');
     if (input_.source->read_at(place_, result.data(), length) != length) fail("it cannot be read");
@@ -100,7 +100,7 @@ void check_metadata(GridFrame& frame) {
     const auto size = frame.value<std::uint32_t>("a length");
     const std::uint32_t wanted = bytes_of(type);
     if (wanted != 0 && size != wanted) {
-      frame.fail("metadata " + std::to_string(i) + ", a " + type + ", is said to have " +
+      frame.fail("metadata " + std::to_string(i) + ", a " + type + ", claims " +
                  std::to_string(size) + " bytes instead of " + std::to_string(wanted));
     }
     frame.skip(size, "metadata " + std::to_string(i));
@@ -158,7 +158,7 @@ void check_openvdb_frame(const VolumeInput& input) {
   frame.skip(version >= kTextUuidVersion ? 36 : 16, "the identifier");
   check_metadata(frame);
   const auto grids = frame.value<std::int32_t>("the number of grids");
-  if (grids < 0) frame.fail("it is said to have " + std::to_string(grids) + " grids");
+  if (grids < 0) frame.fail("it claims " + std::to_string(grids) + " grids");
   // Each grid needs at least two names and three offsets.
   frame.check_count(static_cast<std::uint64_t>(grids), 32, "grids");
   for (std::int32_t i = 0; i < grids; ++i) {

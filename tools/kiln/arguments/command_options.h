@@ -11,7 +11,8 @@
 
 namespace kiln::cli {
 
-/// Adds the options of rows to a command. \param job  object whose members the rows set; must outlive parsing
+/// Adds the options that rows of an option table describe to a command.
+/// \param job  object whose members the rows set; must outlive parsing
 void add_options(Command& command, std::span<const OptionRow> rows, void* job);
 
 /// Flags that were given on the command line, such as "--views", even if the value is the default.

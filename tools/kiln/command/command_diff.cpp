@@ -179,11 +179,14 @@ Json difference_json(const FileDifference& file) {
 
 /// Compares a folder with a folder of golden files.
 int diff_folders(const DiffArguments& arguments) {
+  refuse_if(!arguments.mask.empty(),
+            "--mask works only with two map files: in folders, the map 'mask' beside a golden map "
+            "selects "
+            "the texels.");
   refuse_if(
-      !arguments.mask.empty(),
-      "--mask is for two maps; in folders, the map 'mask' beside a golden map selects the texels.");
-  refuse_if(!arguments.out.empty(),
-            "--out is for two maps: compare single maps to see where they differ.");
+      !arguments.out.empty(),
+      "--out works only with two map files, not with folders: compare two maps to see where they "
+      "differ.");
   check_paths({}, {arguments.json, arguments.junit});
   if (arguments.json != "-") prepare_parent(arguments.json);
   prepare_parent(arguments.junit);

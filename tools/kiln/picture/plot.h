@@ -20,7 +20,7 @@ struct Plot {
 /// Makes an empty panel for a plot of curves.
 Json plot_panel(const std::string& y_title);
 /// Makes a curve with one point per element of a list.
-/// \param look  a style name of the script, or a share of brightness from light to dark
+/// \param look  a style name that plot.py defines (CURVE_STYLES), or a shade from 0 (light) to 1 (dark)
 template <typename List, typename X, typename Y>
 Json plot_curve(const std::string& title, const Json& look, const List& list, const X& x,
                 const Y& y) {

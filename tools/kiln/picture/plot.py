@@ -229,7 +229,7 @@ CURVE_STYLES = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
 
 
 def curve_look(look):
-    """\\param look  a style name; a share from light to dark, for ordered curves; or {"thin": share} for the background"""
+    """\\param look  a style name; a shade, 0 light to 1 dark, for ordered curves; or {"thin": shade} in the background"""
     if isinstance(look, dict):
         return {**curve_look(look["thin"]), "linewidth": 1, "markersize": 3.5, "alpha": 0.6}
     shade = None if isinstance(look, str) else np.array(
@@ -252,11 +252,11 @@ def place_beside_point(axes, x, y, words, taken):
         corner = axes.transData.transform((x, y)) + np.array(offset) * DPI / 72
         return np.concatenate([corner, corner + (8 * len(words) + 4, 14)])
 
-    def covered(offset):
+    def covered_area(offset):
         return sum(shared_area(box_at(offset), other) for other in taken)
 
     best = min(((6, 3), (6, -11), (-26, 5), (6, 16), (6, -24), (-26, -14), (-16, 10), (-16, -20)),
-               key=covered)
+               key=covered_area)
     return best, box_at(best)
 
 

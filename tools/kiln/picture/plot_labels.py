@@ -10,7 +10,7 @@ import numpy as np
 MARK_RADIUS = 10  # of a mark, pixels
 LABEL_GAPS, ANGLE_COUNT, LEADER_GAP, TRIED_ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
 # Costs of a label's place: unreadable labels cost far more than flaws of the layout.
-COST_OUTSIDE, COST_ON_LABEL, COST_ON_MARK, COST_ON_LINE = 1e7, 1e5, 3e4, 800
+COST_LABEL_OUTSIDE, COST_LABEL_ON_LABEL, COST_LABEL_ON_MARK, COST_LABEL_ON_CURVE = 1e7, 1e5, 3e4, 800
 COST_LEADER_ON_LABEL, COST_LEADERS_CROSS, COST_LEADER_ON_MARK, COST_NEARER_OTHER = 5000, 3000, 2000, 600
 
 
@@ -51,12 +51,12 @@ class LabelPositions:
         self.mark, self.leader, self.known = mark, gap >= LEADER_GAP, {}
         # Labels beside a mark are easier to read than labels above or below it.
         cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + MARK_RADIUS)
-        cost += COST_OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
+        cost += COST_LABEL_OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
         for box in list(kept) + [box_around_mark(other) for other in marks]:
-            cost += COST_ON_MARK * (shared_area(boxes, box) > 0)
+            cost += COST_LABEL_ON_MARK * (shared_area(boxes, box) > 0)
         for start, end in lines:
             length = np.hypot(*(end - start)) * share_inside_box(start, end, boxes)
-            cost += np.where(length > 0, COST_ON_LINE + 10 * length, 0)
+            cost += np.where(length > 0, COST_LABEL_ON_CURVE + 10 * length, 0)
         own = np.hypot(*(self.ends - mark).T)
         for other in marks:
             if (other == mark).all():
@@ -71,7 +71,7 @@ class LabelPositions:
         if (other, place) not in self.known:
             box, end = other.boxes[place], other.ends[place]
             area = shared_area(self.boxes, box)
-            cost = np.where(area > 0, COST_ON_LABEL + area, 0)
+            cost = np.where(area > 0, COST_LABEL_ON_LABEL + area, 0)
             cost += COST_LEADER_ON_LABEL * (self.leader & (share_inside_box(self.mark, self.ends, box) > 0))
             if other.leader[place]:
                 cost += COST_LEADER_ON_LABEL * (share_inside_box(other.mark, end, self.boxes) > 0)

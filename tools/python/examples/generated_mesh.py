@@ -12,7 +12,7 @@ import numpy as np
 import kiln
 
 
-def generated():
+def generate_mesh():
     """(vertices, faces, colours)."""
     n = 96
     x, y, z = np.moveaxis(np.mgrid[-1 : 1 : n * 1j, -1 : 1 : n * 1j, -1 : 1 : n * 1j], 0, 0)
@@ -29,7 +29,7 @@ def generated():
 
 
 folder = Path(sys.argv[1])
-vertices, faces, colors = (sys.argv[2], None, None) if sys.argv[2:] else generated()
+vertices, faces, colors = (sys.argv[2], None, None) if sys.argv[2:] else generate_mesh()
 # The inner shell and bodies below 7% of the diagonal are removed, with a warning each.
 glb = kiln.to_glb(
     vertices, faces, colors=colors, faces_target=4000, drop_floaters=0.07, texture_size=512, path=folder / "generated.glb"

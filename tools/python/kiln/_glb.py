@@ -229,8 +229,8 @@ def sampled(
             array = array[:, None]
         if array.ndim != 2 or len(array) != hit.sum() or not 1 <= array.shape[1] <= 4 or array.dtype.kind not in "fiu":
             raise Error(
-                f"sample: '{name}' should be ({hit.sum()},) or ({hit.sum()}, 1 to 4) numbers, one row a place, not "
-                f"{array.dtype} {array.shape}.",
+                f"sample: '{name}' should be ({hit.sum()},) or ({hit.sum()}, 1 to 4) numbers, one row per matched sample, "
+                f"not {array.dtype} {array.shape}.",
                 "array-shape",
                 "usage",
                 "sample",

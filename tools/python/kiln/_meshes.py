@@ -35,7 +35,7 @@ def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
     (1, 3)
     """
     if up is not None and isinstance(getattr(given, "mesh", given), Mesh):
-        text = "up: this is already a kiln.Mesh: give up to kiln.Mesh() instead, which rotates its arrays."
+        text = "up has no effect on a kiln.Mesh: pass up=... to kiln.Mesh() instead, which rotates its arrays."
         raise Error(text, "option-contradiction", "usage", "up")
     if isinstance(given, Mesh):
         return given
@@ -50,7 +50,7 @@ def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
         return Mesh(given[0], given[1], up=up or "y")
     if isinstance(getattr(given, "mesh", None), Mesh):  # a kiln.Glb
         return given.mesh  # type: ignore[no-any-return]
-    # a scene, unless its vertices have colours
+    # Scenes with vertex or face colours, for which scene_data() returns None, are merged to one mesh.
     if hasattr(given, "geometry") and hasattr(given, "to_mesh"):
         given = given.to_mesh()
     if hasattr(given, "vertices") and hasattr(given, "faces"):
