@@ -123,6 +123,16 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
     if (memory_fits(layout.triangles * memory_need.min_bytes_per_triangle)) return nullptr;
     refuse(path, obstacle);
   }
+  // At least this much is taken by each triangle of a chunk, with its BVH.
+  constexpr std::uint64_t kBytesPerChunkTriangle = 100;
+  const std::uint64_t chunk_bytes =
+      std::min<std::uint64_t>(layout.triangles, ChunkOptions().triangles) * kBytesPerChunkTriangle;
+  if (!memory_fits(chunk_bytes)) {
+    throw OptionError("HIGH '" + path + "' is larger than memory, and a chunk of it would take " +
+                          std::to_string(chunk_bytes >> 20) +
+                          " MiB, which are not left. Raise the " + option("memory_limit") + ".",
+                      ErrorCode::input, "larger-than-memory");
+  }
   const std::string extension = lower_extension(path);
   if (extension == ".stl") return stream_stl(path, chunk_folder());
   if (extension != ".obj") return stream_ply(path);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <random>
 
 #include "kiln/image.h"
@@ -250,6 +251,15 @@ TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
     }
     ASSERT_GT(below, 100U);
     EXPECT_EQ(counted(two), below) << samples;
+    // The message states the share of the baked texels.
+    const auto baked = std::count(whole.coverage.begin(), whole.coverage.end(), 1);
+    char share[32];
+    std::snprintf(share, sizeof share, "%.2g%% of the texels",
+                  100 * static_cast<double>(below) / static_cast<double>(baked));
+    for (const Warning& warning : two.report.warnings) {
+      if (warning.code != "below-surface") continue;
+      EXPECT_TRUE(warning.message.text().starts_with(share)) << warning.message.text();
+    }
   }
   // If all point up, there is nothing to say.
   BakeOptions options = small_options();
@@ -257,6 +267,35 @@ TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
   for (const Warning& warning : bake(Source(*test::device(), low), low, options).report.warnings) {
     EXPECT_NE(warning.code, "below-surface");
   }
+}
+
+TEST(Bake, OverlapsAreLocated) {
+  KILN_REQUIRE_DEVICE();
+  Mesh low = test::plane(1, 1);
+  low.normals.clear();
+  low.normal_triangles.clear();
+  // A second square, over the texel in column 5, row 2 of 8 x 8
+  const auto vertex = static_cast<std::uint32_t>(low.positions.size()),
+             uv = static_cast<std::uint32_t>(low.uvs.size());
+  for (const auto& [x, y] : {std::pair(0.0F, 0.0F), {1.0F, 0.0F}, {1.0F, 1.0F}, {0.0F, 1.0F}}) {
+    low.positions.push_back({x / 8, y / 8, 0});
+    low.uvs.push_back({(5 + x) / 8, (5 + y) / 8});
+  }
+  low.triangles.push_back({vertex, vertex + 1, vertex + 2});
+  low.triangles.push_back({vertex, vertex + 2, vertex + 3});
+  if (!low.uv_triangles.empty()) {
+    low.uv_triangles.push_back({uv, uv + 1, uv + 2});
+    low.uv_triangles.push_back({uv, uv + 2, uv + 3});
+  }
+  BakeOptions options = small_options();
+  options.width = options.height = 8;
+  std::string text;
+  for (const Warning& warning :
+       bake(Source(*test::device(), test::plane(4, 4)), low, options).report.warnings) {
+    if (warning.code == "uv-overlap") text = warning.message.text();
+  }
+  EXPECT_NE(text.find("overlap on 1 sample (1.56% of those covered)"), std::string::npos) << text;
+  EXPECT_NE(text.find("at texel column 5, row 2"), std::string::npos) << text;
 }
 
 TEST(Bake, CancelsAndReportsProgressInOrder) {

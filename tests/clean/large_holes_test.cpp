@@ -378,6 +378,19 @@ TEST(LargeHoles, LargerOnesStayOpen) {
   const CleanReport of_both = clean_mesh(both, holes_up_to(0.4));
   EXPECT_EQ(of_both.large_holes.count, 2U);
   EXPECT_NEAR(of_both.largest_hole, 0.36, 0.02);
+  // The largest one is reported, whichever is filled first.
+  for (const bool mirrored : {false, true}) {
+    for (const bool reversed : {false, true}) {
+      Mesh other = ball;
+      if (reversed) std::reverse(other.triangles.begin(), other.triangles.end());
+      if (mirrored) {
+        std::reverse(other.positions.begin(), other.positions.end());
+        const auto last = static_cast<std::uint32_t>(other.positions.size() - 1);
+        for (Triangle& t : other.triangles) t = {last - t[0], last - t[1], last - t[2]};
+      }
+      EXPECT_NEAR(clean_mesh(other, holes_up_to(0.4)).largest_hole, 0.36, 0.02);
+    }
+  }
   const CleanReport report = clean_mesh(smaller, holes_up_to(0.25));
   EXPECT_EQ(report.large_holes.count, 1U);
   EXPECT_EQ(report.open_rims.count, 1U);

@@ -117,20 +117,28 @@ TEST(KeepUvs, HowFarUvsLieOutsideOfChartsIsTold) {
 }
 
 TEST(KeepUvs, TrianglesOutOfTheUnitSquareAreCounted) {
-  Mesh high = test::plane(30, 30);
-  for (Vec2& uv : high.uvs) uv.x = 4 * uv.x - 1;
-  SimplifyReport report;
-  const Mesh low = simplify(high, {.faces = 5000, .keep_uvs = true}, &report);
-  std::uint64_t outside = 0;
-  for (const Triangle& t : low.uv_triangles) {
-    outside += std::any_of(t.begin(), t.end(),
-                           [&](std::uint32_t v) { return low.uvs[v].x < 0 || low.uvs[v].x > 1; });
+  // Beyond both sides along u, and beyond each side alone
+  const Vec2 scales[] = {{4, 1}, {2, 1}, {2, 1}, {1, 2}, {1, 2}},
+             offsets[] = {{-1, 0}, {0, 0}, {-1, 0}, {0, 0}, {0, -1}};
+  for (std::size_t i = 0; i < std::size(scales); ++i) {
+    Mesh high = test::plane(30, 30);
+    for (Vec2& uv : high.uvs)
+      uv = {scales[i].x * uv.x + offsets[i].x, scales[i].y * uv.y + offsets[i].y};
+    SimplifyReport report;
+    const Mesh low = simplify(high, {.faces = 5000, .keep_uvs = true}, &report);
+    std::uint64_t outside = 0;
+    for (const Triangle& t : low.uv_triangles) {
+      outside += std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+        const Vec2& uv = low.uvs[v];
+        return uv.x < 0 || uv.x > 1 || uv.y < 0 || uv.y > 1;
+      });
+    }
+    const Warning* warning = find(report, "uv-outside");
+    ASSERT_NE(warning, nullptr) << i;
+    EXPECT_EQ(warning->count, outside);
+    EXPECT_NE(warning->message.text().find(std::to_string(outside) + " of 1800"), std::string::npos)
+        << warning->message.text();
   }
-  const Warning* warning = find(report, "uv-outside");
-  ASSERT_NE(warning, nullptr);
-  EXPECT_EQ(warning->count, outside);
-  EXPECT_NE(warning->message.text().find(std::to_string(outside) + " of 1800"), std::string::npos)
-      << warning->message.text();
 }
 
 }  // namespace

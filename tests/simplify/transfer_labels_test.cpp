@@ -69,6 +69,16 @@ TEST(KeepNames, OfGroupsObjectsAndMaterials) {
   }
 }
 
+/// Of several names, all triangles may have one that is not the first.
+TEST(KeepNames, AreTheOneThatIsUsed) {
+  Mesh high = test::BumpySphere::dense(2000);
+  high.group_names = {"unused", "used"};
+  high.groups.assign(high.triangles.size(), 1);
+  const Mesh low = simplify(high, {.faces = 300});
+  EXPECT_EQ(low.group_names, high.group_names);
+  EXPECT_EQ(low.groups, std::vector<std::uint32_t>(low.triangles.size(), 1));
+}
+
 TEST(KeepNames, AreNoneWhereThereAreNone) {
   const Mesh low = simplify(test::BumpySphere::dense(2000), {.faces = 300});
   EXPECT_TRUE(low.groups.empty());

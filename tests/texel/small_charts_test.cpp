@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "bake/report.h"
 #include "image/gutter.h"
 #include "kiln/bake.h"
 #include "support/environment.h"
@@ -437,6 +438,32 @@ TEST(SmallCharts, OfRivetsAndSlatsAreBaked) {
                         [](const Warning& warning) { return warning.code == "uv-small"; });
       EXPECT_EQ(warned, baked.report.small_triangles > 0 ? 1 : 0) << name;
     }
+  }
+}
+
+/// Five triangles without a texel are named; of more, the number of other names is given.
+TEST(SmallCharts, WarningsNameFiveTriangles) {
+  for (const std::size_t count : {1U, 5U, 6U, 8U}) {
+    Mesh low;
+    SmallCharts small;
+    for (std::uint32_t t = 0; t < count; ++t) {
+      low.triangles.push_back({0, 1, 2});
+      low.objects.push_back(t);
+      low.object_names.push_back("part" + std::to_string(t));
+      small.triangles.push_back(t);
+      small.triangles_without_texel.push_back(t);
+    }
+    std::vector<Warning> warnings;
+    warn_about_small_charts(small, low, warnings);
+    ASSERT_EQ(warnings.size(), 1U);
+    const std::string text = warnings[0].message.text();
+    for (std::size_t t = 0; t < count; ++t) {
+      EXPECT_EQ(text.find("'part" + std::to_string(t) + "'") != std::string::npos, t < 5) << text;
+    }
+    const std::string others = "and triangles of " +
+                               std::to_string(count - std::min<std::size_t>(count, 5)) +
+                               " other names";
+    EXPECT_EQ(text.find(others) != std::string::npos, count > 5) << text;
   }
 }
 

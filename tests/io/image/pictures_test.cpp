@@ -456,6 +456,16 @@ TEST(Tga, ValuesAndDirections) {
   expect_bytes(read(tga(3, 2, 8, 0x20, {'\x82', 9, 2, 1, 2, 3}, 11)), {9, 9, 9, 1, 2, 3});
 }
 
+/// Other programs read the number of alpha bits, and that the bottom row comes first.
+TEST(Tga, HeadersStateBitsOfAlpha) {
+  for (const std::uint32_t channels : {1U, 3U, 4U}) {
+    const std::vector<std::byte> file =
+        encode(Image{1, 1, channels, std::vector<float>(channels, 0.5F)}, {ImageFormat::tga});
+    EXPECT_EQ(std::to_integer<unsigned>(file.at(16)), 8 * channels);
+    EXPECT_EQ(std::to_integer<unsigned>(file.at(17)), channels == 4 ? 8U : 0U);
+  }
+}
+
 TEST(Tga, CutShortHugeAndByAnotherName) {
   expect_no_shorter(tga(10, 10, 24, 0x20, std::string(300, 7)));
   expect_no_shorter(tga(3, 2, 8, 0x20, {'\x82', 9, 2, 1, 2, 3}, 11));
