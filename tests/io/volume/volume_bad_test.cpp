@@ -236,7 +236,8 @@ TEST(BadVolume, NrrdDetachedData) {
   bad(header + "data file: short.raw\nbyte skip: 8\n", {"8 bytes", "have 7"});
   bad(header + "data file: short.raw\nbyte skip: -2\n", {"\"-2\""});
   bad(header + "data file: .\n", {"directory"});
-  bad(with(header, "raw", "gzip") + "data file: short.raw\nbyte skip: -1\n", {"only valid for raw encoding"});
+  bad(with(header, "raw", "gzip") + "data file: short.raw\nbyte skip: -1\n",
+      {"only valid for raw encoding"});
 }
 
 // ---- MetaImage ----------------------------------------------------------------------------------
