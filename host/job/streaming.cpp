@@ -148,7 +148,9 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   if (hooks.high != nullptr || job.high.size() != 1 || job.high.front().asset) return nullptr;
   const std::string& path = job.high.front().name;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
-  MemoryNeed memory_need = job.low.given.empty() ? kMemoryToSimplify : kMemoryToBake;
+  MemoryNeed memory_need = !job.low.given.empty()    ? kMemoryToBake
+                           : job.low.make.faces != 0 ? kMemoryToSimplify
+                                                     : kMemoryToSimplifyWithinError;
   memory_need.other_bytes = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
   ProgressGuard progress_guard(
       [&](double, std::string_view stage) { return log.report_progress(0, stage); });

@@ -26,8 +26,11 @@ struct MemoryNeed {
 /// triangle and half a vertex, and another 18 for their copy relative to the bake's origin.
 inline constexpr MemoryNeed kMemoryToBake{140, 100};
 /// Simplification of 10 million triangles to 5,000 took 240 bytes per triangle: 160 for the data of the simplification
-/// itself, 18 for the mesh. It is refused unless 336 are left, since it may take as much (require_memory()).
-inline constexpr MemoryNeed kMemoryToSimplify{340, 178};
+/// itself, 18 for the mesh.
+inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
+/// Simplification within an error is refused unless 320 bytes per triangle are left, and 80 more for each of the first
+/// 300,000 triangles.
+inline constexpr MemoryNeed kMemoryToSimplifyWithinError{420, 178};
 
 /// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
 Message explain_whole_mesh_need(const Message& what);

@@ -80,7 +80,7 @@ TEST(SimplifyCommand, WhatNeedsTheWholeMeshIsRefusedWhereItIsLargerThanMemory) {
 TEST(SimplifyCommand, ADeviationBoundsLowPolysOfMeshesLargerThanMemory) {
   const fs::path scene = make_scene(4000);
   const fs::path high = test::save_ply(test::BumpySphere::dense(1500000), scene);
-  // In a process of its own, whose memory is known: all triangles would take 500 MB, a chunk takes 250.
+  // In a process of its own, whose memory is known: all triangles would take 630 MB, a chunk takes 250.
   const ProcessResult result =
       test::run_kiln({"simplify", high, "--max-error", "0.5%", "--out", scene / "made.obj",
                       "--json", scene / "made.json", "--memory-limit", "340M"});

@@ -116,7 +116,8 @@ TEST(LargeHigh, SeveralMeshesAreReadWhole) {
   EXPECT_FALSE(in_memory.is_streamed(1));
 }
 
-/// What is needed: 256 MiB, 32 bytes a texel, and 140 bytes a triangle in a bake, 340 if the low poly is made of it.
+/// What is needed: 256 MiB, 32 bytes a texel, and 140 bytes a triangle in a bake, 240 if a low poly of
+/// some number of faces is made of it, 420 if one within an error is.
 TEST(LargeHigh, StreamsFromTheMemoryOnThatABakeNeeds) {
   LargeHigh high;
   EXPECT_TRUE(high.is_streamed(256 + 40 - 16));
@@ -128,8 +129,11 @@ TEST(LargeHigh, StreamsFromTheMemoryOnThatABakeNeeds) {
   high.job.bake.width = high.job.bake.height = 64;
   high.job.low = JobLow();
   high.job.low.make.faces = 500;
-  EXPECT_TRUE(high.is_streamed(256 + 97 - 16));
-  EXPECT_FALSE(high.is_streamed(256 + 97 + 16));
+  EXPECT_TRUE(high.is_streamed(256 + 69 - 16));
+  EXPECT_FALSE(high.is_streamed(256 + 69 + 16));
+  high.job.low.make = MakeLow{.max_error = "1%"};
+  EXPECT_TRUE(high.is_streamed(256 + 120 - 16));
+  EXPECT_FALSE(high.is_streamed(256 + 120 + 16));
 }
 
 /// Maps of an asset that are left to Kiln: those of a mesh in memory, and colours if the mesh has some.

@@ -114,7 +114,8 @@ int run_simplify(const SimplifyArguments& arguments) {
   const std::shared_ptr<const MeshStream> streamed = [&] {
     ProgressGuard progress_guard(reading);
     return open_larger_than_memory(
-        arguments.high, kMemoryToSimplify, {arguments.load.triangulation, arguments.keep_hulls},
+        arguments.high, arguments.faces != 0 ? kMemoryToSimplify : kMemoryToSimplifyWithinError,
+        {arguments.load.triangulation, arguments.keep_hulls},
         [&](const LargeFile&) { return find_streaming_obstacle(arguments); });
   }();
   if (streamed != nullptr) {
