@@ -1,7 +1,6 @@
 #include "cl/binary_cache.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -10,6 +9,7 @@
 
 #include "base/file.h"
 #include "base/fnv.h"
+#include "cl/private_file.h"
 
 namespace kiln::ocl {
 namespace {
@@ -82,23 +82,15 @@ void BinaryCache::store(std::string_view source, std::string_view options,
                         const std::vector<unsigned char>& binary) const noexcept {
   if (folder_.empty() || binary.empty() || binary.size() > kMaxFileBytes / 2) return;
   try {
-    static std::atomic<unsigned> temporary_count{0};
     const std::string file_key = key(source, options);
     const fs::path path = path_of_file(file_key);
     std::error_code file_error;
-    os::create_private_folders(folder_);
-    const fs::path temporary = path.string() + "." + std::to_string(os::process_id()) + "." +
-                               std::to_string(temporary_count++);
     std::string text(kMagic);
     const std::string_view binary_bytes(reinterpret_cast<const char*>(binary.data()),
                                         binary.size());
     text += file_key + hex(fnv1a(binary_bytes)) + '\n';
     text += binary_bytes;
-    const int file = os::create_file(temporary, 0600);
-    const bool is_written = file >= 0 && os::write_some(file, text.data(), text.size()) ==
-                                             static_cast<std::ptrdiff_t>(text.size());
-    if (file >= 0) os::close(file);
-    if (!is_written || !os::replace(temporary, path)) os::remove_file(temporary.c_str());
+    replace_private_file(path, text);
     remove_oldest();
   } catch (const std::exception&) {
     // errors are ignored: without a cached binary, the next run builds the program again

@@ -15,6 +15,7 @@
 #include "base/file.h"
 #include "base/fnv.h"
 #include "cl/kernel_folder.h"
+#include "cl/private_file.h"
 #include "kiln/version.h"
 
 namespace kiln::ocl {
@@ -271,15 +272,7 @@ Tuning load_tuning(const DeviceInfo& device) {
 
 void store_tuning(const DeviceInfo& device, const Tuning& tuning) {
   const fs::path file = tuning_file(device);
-  const std::string text = format_tuning(device, tuning);
-  os::create_private_folders(file.parent_path());
-  const fs::path temporary = file.string() + "." + std::to_string(os::process_id());
-  const int created = os::create_file(temporary, 0600);
-  const bool is_written = created >= 0 && os::write_some(created, text.data(), text.size()) ==
-                                              static_cast<std::ptrdiff_t>(text.size());
-  if (created >= 0) os::close(created);
-  if (is_written && os::replace(temporary, file)) return;
-  os::remove_file(temporary.c_str());
+  if (replace_private_file(file, format_tuning(device, tuning))) return;
   throw Error(ErrorCode::output, "The tuning cannot be written to '" + file.string() +
                                      "'. Set POCL_CACHE_DIR to a folder that you may write to.");
 }
