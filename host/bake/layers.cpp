@@ -227,16 +227,9 @@ bool Layers::any_map_reads_around() const {
 }
 
 bool Layers::any_map_obeys_max_error(const BakeOptions& options) const {
-  const auto obeys = [&](MapKind kind, const BakeOptions& variant_options) {
-    // Errors are at most 1, so a maximum error of 1 or more is always met.
-    const double max_error = variant_options.occlusion.max_error;
-    return max_error > 0 && max_error < 1 && kiln::obeys(map_row(kind).info, "occlusion.max_error");
-  };
-  return std::any_of(options.maps.begin(), options.maps.end(),
-                     [&](MapKind kind) { return obeys(kind, options); }) ||
-         std::any_of(options.variants.begin(), options.variants.end(), [&](const MapVariant& map) {
-           return obeys(map.kind, options_of(map, options));
-         });
+  const std::vector<double> bounds = occlusion_error_bounds(options);
+  // Errors are at most 1, so a bound of 1 or more is always met.
+  return std::any_of(bounds.begin(), bounds.end(), [](double bound) { return bound < 1; });
 }
 
 bool Layers::any_map_fills_misses() const {

@@ -49,16 +49,8 @@ Message miss_advice(const BakeReport& report) {
 }  // namespace
 
 std::uint32_t band_samples(const Source::Impl& high, const BakeOptions& options) {
-  const auto smooths = [](MapKind kind, const OcclusionOptions& occlusion) {
-    return occlusion.max_error > 0 && obeys(map_row(kind).info, "occlusion.max_error");
-  };
-  const bool any_smooths =
-      std::any_of(options.maps.begin(), options.maps.end(),
-                  [&](MapKind kind) { return smooths(kind, options.occlusion); }) ||
-      std::any_of(options.variants.begin(), options.variants.end(), [&](const MapVariant& map) {
-        return smooths(map.kind, map.occlusion.value_or(options.occlusion));
-      });
-  return high.is_streamed() && !any_smooths ? kStreamedBandSamples : kBandSamples;
+  const bool smooths_occlusion = !occlusion_error_bounds(options).empty();
+  return high.is_streamed() && !smooths_occlusion ? kStreamedBandSamples : kBandSamples;
 }
 
 void clear_counts(BakeReport& report) {

@@ -160,6 +160,10 @@ void change_occlusion(BakeOptions& options, const Change& change) {
 /// The options of the bake after a variant has replaced some of them.
 BakeOptions options_of(const MapVariant& variant, BakeOptions options);
 
+/// The error bounds of occlusion (OcclusionOptions::max_error, if above 0) of the bake's maps and variants that obey
+/// them.
+std::vector<double> occlusion_error_bounds(const BakeOptions& options);
+
 /// True if samples that missed do not contribute to their texel; the texel's other samples or its
 /// neighbours replace them.
 inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {

@@ -238,6 +238,18 @@ BakeOptions options_of(const MapVariant& variant, BakeOptions options) {
   return options;
 }
 
+std::vector<double> occlusion_error_bounds(const BakeOptions& options) {
+  std::vector<double> bounds;
+  const auto add = [&](MapKind kind, double bound) {
+    if (bound > 0 && obeys(map_row(kind).info, "occlusion.max_error")) bounds.push_back(bound);
+  };
+  for (const MapKind kind : options.maps) add(kind, options.occlusion.max_error);
+  for (const MapVariant& variant : options.variants) {
+    add(variant.kind, options_of(variant, options).occlusion.max_error);
+  }
+  return bounds;
+}
+
 std::vector<MapRow> own_rows(const BakeOptions& options) {
   std::vector<MapRow> rows;
   for (const Transfer& transfer : options.transfers) {
