@@ -654,8 +654,7 @@ void MeshBuilder::compute_group_normals(Mesh& mesh) {
   if (!mesh.normal_triangles.empty() || names.size() < 2) return;
   std::vector<std::uint32_t> numbers(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool off = names[i] == "off" || names[i] == "0" || names[i] == "default";
-    numbers[i] = off ? kFlatGroup : static_cast<std::uint32_t>(i);
+    numbers[i] = is_flat_group(names[i]) ? kFlatGroup : static_cast<std::uint32_t>(i);
   }
   for (std::uint32_t& group : groups) group = numbers[group];
   if (std::all_of(groups.begin(), groups.end(), [&](auto group) { return group == groups[0]; }))

@@ -112,6 +112,10 @@ class MeshBuilder {
   /// Sets the smoothing group of the faces that follow; "off" and "0" mean none. If a file has
   /// several groups but no normals, finish() computes normals from the groups.
   void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
+  /// True if triangles in the smoothing group of this name are flat; so are those without a name.
+  static bool is_flat_group(std::string_view name) {
+    return name.empty() || name == "off" || name == "0" || name == "default";
+  }
   /// Adds a normal that finish() computes: the mean of the normals of polygons whose corners use
   /// it, weighted by the corners' angles. It serves one smooth piece of the surface around a
   /// vertex.

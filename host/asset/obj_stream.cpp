@@ -185,8 +185,7 @@ class ObjListWriter : public ObjParser {
   void set_material(std::string_view /*name*/) override {}
   void add_material_file(std::string_view /*name*/) override { has_material_files_ = true; }
   void set_smoothing(std::string_view name) override {
-    const bool off = name.empty() || name == "off" || name == "0" || name == "default";
-    smoothing_ = off ? std::string() : std::string(name);
+    smoothing_ = MeshBuilder::is_flat_group(name) ? std::string() : std::string(name);
   }
 
   void add_face(Indices vertex, Indices uv, Indices normal) override;
