@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "bake/all_matches.h"
 #include "bake/golden_scene.h"
 #include "kiln/session.h"
 #include "support/environment.h"
@@ -24,22 +25,7 @@ std::uint32_t map_size() { return std::getenv("KILN_SMALL_THREADS_TEST") == null
 
 /// A bake by each match that there is, and one by several.
 std::vector<BakeOptions> all_bakes() {
-  std::vector<BakeOptions> all;
-  for (const MatchInfo& match : matches()) {
-    BakeOptions options;
-    options.width = options.height = map_size();
-    options.match.method = match.method;
-    options.maps = {MapKind::normal, {"height"}, {"id"}, {"ao"}};
-    options.occlusion.rays = 16;
-    options.match.views.count = 8;
-    if (match.method == MatchMethod::axis) options.match.views.directions = {{0, 0, 1}};
-    options.match.visibility.directions = 24;
-    options.report.keep_match = true;
-    all.push_back(options);
-  }
-  all.push_back(all.front());
-  all.back().match.fallback = {MatchMethod::views, MatchMethod::closest};
-  return all;
+  return test::bakes_by_all_matches(map_size(), {MapKind::normal, {"height"}, {"id"}, {"ao"}});
 }
 
 void expect_same(const BakeResult& a, const BakeResult& b, const std::string& what) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "accel/bvh_device.h"
+#include "bake/all_matches.h"
 #include "bake/golden_scene.h"
 #include "cl/context.h"
 #include "kiln/bake.h"
@@ -17,22 +18,8 @@ namespace kiln {
 namespace {
 
 std::vector<BakeOptions> all_bakes() {
-  std::vector<BakeOptions> all;
-  for (const MatchInfo& match : matches()) {
-    BakeOptions options;
-    options.width = options.height = 96;
-    options.match.method = match.method;
-    options.maps = {MapKind::normal, {"height"}, {"id"}, {"ao"}, {"thickness"}, {"bent_normal"}};
-    options.occlusion.rays = 16;
-    options.match.views.count = 8;
-    if (match.method == MatchMethod::axis) options.match.views.directions = {{0, 0, 1}};
-    options.match.visibility.directions = 24;
-    options.report.keep_match = true;
-    all.push_back(options);
-  }
-  all.push_back(all.front());
-  all.back().match.fallback = {MatchMethod::views, MatchMethod::closest};
-  return all;
+  return test::bakes_by_all_matches(
+      96, {MapKind::normal, {"height"}, {"id"}, {"ao"}, {"thickness"}, {"bent_normal"}});
 }
 
 TEST(Tuning, NoMapDependsOnIt) {
