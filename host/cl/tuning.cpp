@@ -36,117 +36,38 @@ constexpr std::array<Group, 5> kGroups{{{"ray_group", &Tuning::ray_group},
                                         {"raster_group", &Tuning::raster_group},
                                         {"view_group", &Tuning::view_group}}};
 constexpr std::string_view kMinTrianglesKey = "min_device_build_triangles";
+constexpr std::string_view kNoDeviceBuild = "never";  // value of kMinTrianglesKey
+constexpr std::string_view kDefaultSize = "default";  // value of a group's key
 
-std::string quote(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) {
-      char code[8];
-      std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
-      quoted += code;
-      continue;
-    }
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + '"';
+/// A name of a device on one line: each control character becomes a space.
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  return text;
 }
 
-/// Reads a flat JSON object: keys with strings, non-negative integers or null as values. (The JSON library is part of
-/// the rooms of files, which builds may leave out.)
-class FlatObject {
- public:
-  struct Value {
-    bool is_text = false;
-    std::string text;                     ///< Of a string
-    std::optional<std::uint64_t> number;  ///< nullopt: null
-  };
+/// Values by their keys, of lines `KEY VALUE`; nullopt if the last line does not end, a line has no space, or a key
+/// occurs twice.
+std::optional<std::map<std::string_view, std::string_view>> parse_lines(std::string_view text) {
+  std::map<std::string_view, std::string_view> values;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    const std::size_t space = text.find(' ');
+    if (end == text.npos || space >= end) return std::nullopt;
+    if (!values.emplace(text.substr(0, space), text.substr(space + 1, end - space - 1)).second)
+      return std::nullopt;
+    text.remove_prefix(end + 1);
+  }
+  return values;
+}
 
-  /// \returns false if the text is not such an object
-  bool parse(std::string_view text) {
-    rest_ = text;
-    if (!take('{')) return false;
-    if (!take('}')) {
-      do {
-        std::string key;
-        Value value;
-        if (!take_string(key) || !take(':') || !take_value(value)) return false;
-        if (!values_.emplace(std::move(key), std::move(value)).second) return false;
-      } while (take(','));
-      if (!take('}')) return false;
-    }
-    skip_space();
-    return rest_.empty();
-  }
-  const Value* find(std::string_view key) const {
-    const auto found = values_.find(key);
-    return found == values_.end() ? nullptr : &found->second;
-  }
-  /// The string of a key; empty if there is none.
-  std::string text(std::string_view key) const {
-    const Value* value = find(key);
-    return value != nullptr && value->is_text ? value->text : std::string();
-  }
-
- private:
-  void skip_space() {
-    rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size()));
-  }
-  bool take(char wanted) {
-    skip_space();
-    if (rest_.empty() || rest_.front() != wanted) return false;
-    rest_.remove_prefix(1);
-    return true;
-  }
-  bool take_string(std::string& text) {
-    if (!take('"')) return false;
-    while (!rest_.empty()) {
-      const char c = rest_.front();
-      rest_.remove_prefix(1);
-      if (c == '"') return true;
-      if (static_cast<unsigned char>(c) < 0x20) return false;
-      if (c != '\\') {
-        text += c;
-        continue;
-      }
-      if (rest_.empty()) return false;
-      const char escaped = rest_.front();
-      rest_.remove_prefix(1);
-      if (escaped == '"' || escaped == '\\' || escaped == '/') {
-        text += escaped;
-        continue;
-      }
-      // format_tuning() writes control characters so; other escapes name no device.
-      unsigned code = 0;
-      if (escaped != 'u' || rest_.size() < 4) return false;
-      const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + 4, code, 16);
-      if (error != std::errc() || end != rest_.data() + 4 || code >= 0x20) return false;
-      text += static_cast<char>(code);
-      rest_.remove_prefix(4);
-    }
-    return false;
-  }
-  bool take_value(Value& value) {
-    skip_space();
-    if (rest_.starts_with('"')) {
-      value.is_text = true;
-      return take_string(value.text);
-    }
-    if (rest_.starts_with("null")) {
-      rest_.remove_prefix(4);
-      return true;
-    }
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
-    if (error != std::errc()) return false;
-    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-    value.number = number;
-    return true;
-  }
-
-  std::string_view rest_;
-  std::map<std::string, Value, std::less<>> values_;
-};
+/// The whole number of a value; nullopt if it is none.
+std::optional<std::uint64_t> to_number(std::string_view value) {
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
+  return number;
+}
 
 std::mutex warnings_mutex;
 std::vector<Warning>& recorded_warnings() {
@@ -197,61 +118,70 @@ std::optional<std::string> read_text(const fs::path& file, std::string& problem)
 
 fs::path tuning_file(const DeviceInfo& device) {
   char name[32];
-  std::snprintf(name, sizeof name, "%016llx.json",
+  std::snprintf(name, sizeof name, "%016llx.txt",
                 static_cast<unsigned long long>(
                     fnv1a(device.name + '\n' + device.platform + '\n' + device.driver)));
   return kernel_folder().kiln / "tuning" / name;
 }
 
 std::string format_tuning(const DeviceInfo& device, const Tuning& tuning) {
-  std::string text =
-      "{\n  \"device\": " + quote(device.name) + ",\n  \"platform\": " + quote(device.platform) +
-      ",\n  \"driver\": " + quote(device.driver) + ",\n  \"kiln\": " + quote(version()) +
-      ",\n  \"" + std::string(kMinTrianglesKey) + "\": " +
-      (tuning.min_device_build_triangles == Tuning::kNever
-           ? "null"
-           : std::to_string(tuning.min_device_build_triangles));
+  std::string text = "device " + one_line(device.name) + "\nplatform " + one_line(device.platform) +
+                     "\ndriver " + one_line(device.driver) + "\nkiln " + version() + '\n' +
+                     std::string(kMinTrianglesKey) + ' ' +
+                     (tuning.min_device_build_triangles == Tuning::kNever
+                          ? std::string(kNoDeviceBuild)
+                          : std::to_string(tuning.min_device_build_triangles)) +
+                     '\n';
   for (const Group& group : kGroups) {
     const std::uint32_t size = tuning.*group.member;
-    text +=
-        ",\n  \"" + std::string(group.key) + "\": " + (size == 0 ? "null" : std::to_string(size));
+    text += std::string(group.key) + ' ' +
+            (size == 0 ? std::string(kDefaultSize) : std::to_string(size)) + '\n';
   }
-  return text + "\n}\n";
+  return text;
 }
 
 Tuning parse_tuning(std::string_view text, const DeviceInfo& device, std::string& problem) {
   problem.clear();
-  FlatObject object;
-  if (!object.parse(text)) {
-    problem = "it is not the JSON that Kiln writes";
+  const auto values = parse_lines(text);
+  if (!values) {
+    problem = "its lines are not those that Kiln writes";
     return {};
   }
-  if (object.text("device").empty() || object.text("kiln").empty()) {
+  const auto value_of = [&](std::string_view key) {
+    const auto found = values->find(key);
+    return found == values->end() ? std::string_view() : found->second;
+  };
+  if (value_of("device").empty() || value_of("kiln").empty()) {
     problem = "it names no device and no version of Kiln";
     return {};
   }
-  if (object.text("device") != device.name || object.text("platform") != device.platform) {
-    problem = "it is that of '" + object.text("device") + "', not of '" + device.name + "'";
+  if (value_of("device") != one_line(device.name) ||
+      value_of("platform") != one_line(device.platform)) {
+    problem = "it is that of '" + std::string(value_of("device")) + "', not of '" +
+              one_line(device.name) + "'";
     return {};
   }
-  if (object.text("kiln") != version() || object.text("driver") != device.driver) return {};
+  if (value_of("kiln") != version() || value_of("driver") != one_line(device.driver)) return {};
   Tuning tuning;
-  const FlatObject::Value* const triangles = object.find(kMinTrianglesKey);
-  if (triangles == nullptr || triangles->is_text) {
-    problem = std::string(kMinTrianglesKey) + " must be a number of triangles, or null";
-    return {};
-  }
-  tuning.min_device_build_triangles = triangles->number.value_or(Tuning::kNever);
-  for (const Group& group : kGroups) {
-    const FlatObject::Value* const value = object.find(group.key);
-    const std::uint64_t size = value == nullptr ? 0 : value->number.value_or(1);
-    if (value == nullptr || value->is_text || !std::has_single_bit(size) ||
-        size > Tuning::kMaxGroup) {
-      problem = std::string(group.key) + " must be a power of two up to " +
-                std::to_string(Tuning::kMaxGroup) + ", or null";
+  if (const std::string_view value = value_of(kMinTrianglesKey); value != kNoDeviceBuild) {
+    const std::optional<std::uint64_t> triangles = to_number(value);
+    if (!triangles) {
+      problem = std::string(kMinTrianglesKey) + " must be a number of triangles, or " +
+                std::string(kNoDeviceBuild);
       return {};
     }
-    if (value->number) tuning.*group.member = static_cast<std::uint32_t>(size);
+    tuning.min_device_build_triangles = *triangles;
+  }
+  for (const Group& group : kGroups) {
+    const std::string_view value = value_of(group.key);
+    if (value == kDefaultSize) continue;
+    const std::uint64_t size = to_number(value).value_or(0);
+    if (!std::has_single_bit(size) || size > Tuning::kMaxGroup) {
+      problem = std::string(group.key) + " must be a power of two up to " +
+                std::to_string(Tuning::kMaxGroup) + ", or " + std::string(kDefaultSize);
+      return {};
+    }
+    tuning.*group.member = static_cast<std::uint32_t>(size);
   }
   return tuning;
 }

@@ -29,11 +29,11 @@ struct Tuning {
   friend bool operator==(const Tuning&, const Tuning&) = default;
 };
 
-/// The file of a device: JSON in the folder `tuning` within KernelFolder::kiln. Its name is a hash of the device's name,
+/// The file of a device: lines `KEY VALUE` in the folder `tuning` within KernelFolder::kiln. Its name is a hash of the device's name,
 /// platform and driver.
 std::filesystem::path tuning_file(const DeviceInfo& device);
 
-/// The JSON text of a device's file: the device's name, platform and driver, Kiln's version, and the tuning.
+/// The text of a device's file: the device's name, platform and driver, Kiln's version, and the tuning.
 std::string format_tuning(const DeviceInfo& device, const Tuning& tuning);
 
 /// Parses such a text.

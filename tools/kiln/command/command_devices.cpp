@@ -16,6 +16,7 @@
 #include "job/describe.h"
 #include "kiln/job.h"
 #include "kiln/options.h"
+#include "kiln/version.h"
 #include "options/json.h"
 #include "options/option_table.h"
 #include "options/parse.h"
@@ -158,7 +159,21 @@ void print_measurements(const tune::Result& result) {
 /// The measurements and the choices. \param file  of the choices
 Json describe_tuning(const DeviceInfo& device, const tune::Result& result,
                      const std::filesystem::path& file) {
-  Json report = Json::parse(ocl::format_tuning(device, result.tuning));
+  const ocl::Tuning& tuning = result.tuning;
+  const auto size_or_null = [](std::uint32_t size) { return size == 0 ? Json() : Json(size); };
+  Json report = Json::object();
+  report["device"] = device.name;
+  report["platform"] = device.platform;
+  report["driver"] = device.driver;
+  report["kiln"] = version();
+  report["min_device_build_triangles"] = tuning.min_device_build_triangles == ocl::Tuning::kNever
+                                             ? Json()
+                                             : Json(tuning.min_device_build_triangles);
+  report["ray_group"] = size_or_null(tuning.ray_group);
+  report["closest_group"] = size_or_null(tuning.closest_group);
+  report["occlusion_group"] = size_or_null(tuning.occlusion_group);
+  report["raster_group"] = size_or_null(tuning.raster_group);
+  report["view_group"] = size_or_null(tuning.view_group);
   report["file"] = file.string();
   report["builds"] = Json::array();
   for (const tune::BuildTrial& trial : result.builds) {
@@ -176,7 +191,7 @@ Json describe_tuning(const DeviceInfo& device, const tune::Result& result,
     for (std::size_t i = 0; i < trial.sizes.size(); ++i) {
       Json row = Json::object();
       row["kernels"] = trial.key;
-      row["size"] = trial.sizes[i] == 0 ? Json() : Json(trial.sizes[i]);
+      row["size"] = size_or_null(trial.sizes[i]);
       row["seconds"] = trial.seconds[i];
       report["groups"].push_back(row);
     }
