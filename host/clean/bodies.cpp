@@ -206,7 +206,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
   return is_dropped;
 }
 
-std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
+std::vector<std::uint8_t> find_inner_parts(const Mesh& mesh, Cleaned& inner) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
   std::vector<SeenPixels> seen_pixels(parts.count);

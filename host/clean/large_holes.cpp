@@ -318,11 +318,11 @@ class HoleFiller {
   std::vector<std::uint32_t> add_normals(const FilledRim& filled_rim) {
     if (mesh_.normal_triangles.empty()) return {};
     std::vector<Vec3d> sums(filled_rim.patch.points.size());
-    Vec3d whole{};
+    Vec3d area_vector_sum{};
     for (const auto& t : filled_rim.patch.triangles) {
       const std::vector<Vec3d>& p = filled_rim.patch.points;
       const Vec3d n = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
-      whole += n;
+      area_vector_sum += n;
       for (const std::uint32_t v : t) sums[v] += n;
     }
     const auto push = [&](const Vec3d& sum) {
@@ -332,7 +332,7 @@ class HoleFiller {
     };
     std::vector<std::uint32_t> normals;
     if (filled_rim.patch.is_flat) {
-      normals.assign(sums.size(), push(whole));
+      normals.assign(sums.size(), push(area_vector_sum));
       return normals;
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {
