@@ -16,7 +16,7 @@ from ._meshes import as_mesh, scene_data
 from ._options import checked, json_of, to_plain_values
 from ._plan import screen_of
 from ._progress import callback_of
-from ._surface import cleaned
+from ._surface import clean_with_progress
 
 if TYPE_CHECKING:
     import numpy as np
@@ -461,7 +461,7 @@ def to_glb(
         mesh = high
         if repairs != (1e-5, True, True, True, True):
             shows_inside = "opacity" in (wanted or ()) or (wanted is None and _core.is_transparent(high))
-            mesh = cleaned(high, *repairs[:4], drop_hidden and not shows_inside, _part(report, 0, 0.02))
+            mesh = clean_with_progress(high, *repairs[:4], drop_hidden and not shows_inside, _part(report, 0, 0.02))
             options["clean"] = "none"
     options["out"] = _name_of(path, mesh, options.get("high"))
     if name is not None:
