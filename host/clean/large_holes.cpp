@@ -261,7 +261,7 @@ class HoleFiller {
       for (std::size_t k = 0; k < 3; ++k) nearest_rim_corners[k] = filled_rim.patch.nearest[t[k]];
       std::array<std::uint32_t, 3> sorted_corners = nearest_rim_corners;
       std::sort(sorted_corners.begin(), sorted_corners.end());
-      // The median: if two corners of the triangle have the same nearest corner, it is that corner
+      // This is the median of the three nearest corners: if two of them are the same corner, it is that one
       const CornerOf attribute_source = filled_rim.rim[sorted_corners[1]].corner;
       mesh_.triangles.push_back({mesh_vertices[t[0]], mesh_vertices[t[1]], mesh_vertices[t[2]]});
       if (!mesh_.uv_triangles.empty()) {

@@ -113,7 +113,7 @@ class Json {
   /// The characters of a string.
   const std::string& text() const { return text_; }
 
-  /// A copy with `change` applied to every string and key.
+  /// Returns a copy in which every string and key is replaced by the result of change().
   Json with_texts(std::string (*change)(std::string_view)) const;
   /// Serialises with `indent` spaces per level, or on one line if negative.
   std::string dump(int indent = -1) const;
@@ -163,7 +163,7 @@ std::size_t utf8_length(std::string_view text);
 /// reversible. Other text is unchanged.
 std::string escape_bytes(std::string_view bytes);
 
-/// The inverse of escape_bytes().
+/// Restores the bytes that escape_bytes() encoded.
 std::string unescape_bytes(std::string_view text);
 
 /// Serialises with two spaces per level and a final newline. All strings and keys pass escape_bytes().

@@ -41,7 +41,7 @@ struct OptionValue {
   std::string type;    ///< Type in --help-json: flag, whole, number, choice, length, text, list...
   std::string words;   ///< What help prints for the value: a placeholder, or the allowed range
   std::string unit;    ///< Unit of numbers; empty if they have none
-  std::string member;  ///< Path of the job's member
+  std::string member;  ///< Path of the job's member that the option sets: "bake.match.ray.rule"
   std::vector<std::string> choices = {};
   std::optional<double> low = {}, high = {};
   bool repeats = false;  ///< True if the flag may be repeated
@@ -260,7 +260,7 @@ std::vector<OptionRow> select_rows(std::span<const OptionRow> rows, const char* 
   return selected_rows;
 }
 
-/// The values of a job by their keys, for reports.
+/// Returns the values of a job's options as a JSON object by their keys in reports.
 Json values_json(std::span<const OptionRow> rows, const void* job);
 
 /// All data of the rows, for --help-json.

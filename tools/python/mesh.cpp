@@ -260,7 +260,7 @@ constexpr bool kIsArray = false;
 template <typename T>
 constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
 
-/// Stands in messages for the name of a file that was given as bytes.
+/// Name in messages of a file that was given as bytes.
 constexpr const char* kNameOfBytes = "mesh.glb";
 
 std::span<const std::byte> bytes_view(const nb::bytes& data) {

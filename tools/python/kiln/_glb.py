@@ -13,7 +13,7 @@ from ._bake import Bake, error_bound
 from ._core import Mesh
 from ._errors import Error, count_of, device_of, path_of, suppress_warning, unknown_keyword
 from ._meshes import as_mesh, scene_data
-from ._options import checked, json_of, to_plain_values
+from ._options import json_of, select_keywords, to_plain_values
 from ._plan import screen_of
 from ._progress import callback_of
 from ._surface import clean_with_progress
@@ -417,7 +417,7 @@ def to_glb(
     if faces is not None and hasattr(faces, "__index__") and not getattr(faces, "ndim", 0):
         text = f"faces: {faces!r}: these are triangles, (F, 3). Their number in the GLB is faces_target."
         raise Error(text, "array-type", "usage", "faces", repr(faces), "", [("faces_target", repr(faces))])
-    options: dict[str, Any] = checked(keywords, "to_glb", inspect.signature(to_glb).parameters)
+    options: dict[str, Any] = select_keywords(keywords, "to_glb", inspect.signature(to_glb).parameters)
     if "size" in options:
         raise unknown_keyword("size", "to_glb", ["texture_size"], None)
     device_name = device_of(device)
@@ -524,7 +524,7 @@ def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray]
     files, strength, _ = _core.asset_maps(baked._core, list(SLOTS), "gutter" not in baked._keywords)
     if "normal" in left_out and "normals" not in baked:
         files.pop("normal", None)
-    # The slot uses the first of the file's channels.
+    # A slot uses only the first channels of its file.
     return {name: file[:, :, : SLOTS[name]].copy() for name, file in files.items()}, strength
 
 
