@@ -53,10 +53,10 @@ std::unique_ptr<Matcher> make_check_matcher(const MatchRequest& request,
   return rays->make(request, notes);
 }
 
-/// Derivatives of a triangle's surface by u and v, and its unit normal.
+/// Derivatives of the position on a triangle by u and by v, and the triangle's unit normal.
 struct UvFrame {
   Vec3d u{}, v{}, normal{};
-  double size = 0;  // surface area per unit of UV area
+  double size = 0;  // ratio of the triangle's surface area to its UV area
 
   explicit UvFrame(const std::array<LowSurface::Corner, 3>& corners) {
     const auto& [a, b, c] = corners;

@@ -281,7 +281,7 @@ BakeOptions finer_options(const BakedScene& scene, const Wanted& wanted) {
   return options;
 }
 
-void warn_not_reached(const BakeOptions& options, BakeReport& report) {
+void warn_about_unmet_bounds(const BakeOptions& options, BakeReport& report) {
   const auto check = [&](MapKind kind, std::string_view name, double wanted) {
     const auto error = std::find_if(report.errors.begin(), report.errors.end(),
                                     [&](const MapError& other) { return other.kind.name == name; });
@@ -316,7 +316,7 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
     FinerEvaluation finer(scene, same_points);
     finer.run(progress.part(0, 0.5), baked);
     finer.add_errors_to("4096 rays from the same points", report);
-    warn_not_reached(scene.options, report);
+    warn_about_unmet_bounds(scene.options, report);
   }
   if (!compares_errors || scene.options.match.saved != nullptr) return;
   BakeOptions finer_sampling = finer_options(scene, is_compared);

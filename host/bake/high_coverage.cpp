@@ -148,7 +148,7 @@ HighCoverage::TestPoints HighCoverage::make_spread_test_points(const Source::Imp
   const double total_area = std::accumulate(area.begin(), area.end(), 0.0);
   TestPoints test_points;
   test_points.spacing =
-      std::sqrt(total_area / 2 / std::max(count, 1U));  // the sums hold doubled areas
+      std::sqrt(total_area / 2 / std::max(count, 1U));  // total_area is twice the area
   double area_before_triangle = 0;
   std::size_t t = 0;
   for (std::uint32_t i = 0; i < count && total_area > 0; ++i) {

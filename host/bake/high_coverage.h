@@ -95,7 +95,7 @@ class HighCoverage {
 };
 
 /// Adds a warning if more than 1% of the detail is lost. \param options  the bake's options
-void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
-                     std::vector<Warning>& warnings);
+void warn_about_lost_detail(const HighCoverageReport& recall, const BakeOptions& options,
+                            std::vector<Warning>& warnings);
 
 }  // namespace kiln

@@ -104,8 +104,8 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
   return result;
 }
 
-void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
-                     std::vector<Warning>& warnings) {
+void warn_about_lost_detail(const HighCoverageReport& recall, const BakeOptions& options,
+                            std::vector<Warning>& warnings) {
   // The check of UV copies may already have reported losses by shared texels.
   const bool is_reported =
       std::any_of(warnings.begin(), warnings.end(),

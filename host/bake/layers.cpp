@@ -216,7 +216,7 @@ const Image* Layers::unit_vectors() const {
   return nullptr;
 }
 
-bool Layers::any_map_follows_positions() const {
+bool Layers::any_map_depends_on_positions() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->follows_positions; });
 }

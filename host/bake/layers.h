@@ -26,14 +26,14 @@ struct Layer {
 
 /// How the maps' texels are stored: as whole images; only the rows that are being finished, for maps that allow it; or
 /// not at all, for callers that store texels themselves.
-enum class ImageStorage { whole, rows, none };
+enum class ImageStorage { whole_images, rows, none };
 
 class Layers {
  public:
   /// Creates a layer for each requested map.
   /// \param footprint_divisor, is_reference  see MapRequest
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-         ImageStorage storage = ImageStorage::whole, std::uint32_t footprint_divisor = 1,
+         ImageStorage storage = ImageStorage::whole_images, std::uint32_t footprint_divisor = 1,
          bool is_reference = false);
 
   ~Layers();
@@ -69,9 +69,9 @@ class Layers {
   BandReads& reads() { return *band_reads_; }
   /// The first map of unit vectors; null if there is none.
   const Image* unit_vectors() const;
-  /// True if any map has MapRow::follows_positions.
-  bool any_map_follows_positions() const;
-  /// True if any map has MapRow::reads_around.
+  /// True if any map depends on the positions of matched points (MapRow::follows_positions).
+  bool any_map_depends_on_positions() const;
+  /// True if a texel of any map depends on texels around it (MapRow::reads_around).
   bool any_map_reads_around() const;
   /// True if any map stores the directions that a match by visibility used.
   bool any_map_needs_visibility() const;

@@ -50,7 +50,7 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
       sample_directions_(make_directions()),
       sheet_distances_(sheet_distances(scene.options, surface_)),
       layers_(streamed_part_ != nullptr ? *streamed_part_ : scene.high, surface_, scene.options,
-              scene.open_rows != nullptr ? ImageStorage::rows : ImageStorage::whole,
+              scene.open_rows != nullptr ? ImageStorage::rows : ImageStorage::whole_images,
               scene.footprint_divisor) {
   const BakeOptions& options = scene_.options;
   if (scene_.high.is_streamed()) refuse_streaming(options);
@@ -354,7 +354,7 @@ void Pipeline::report_coverage() {
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
   // If nearly all samples missed, only the misses are warned of, and lost detail is not reported.
   if (report.recall && report.missed * 50 <= report.samples) {
-    warn_about_loss(*report.recall, scene_.options, report.warnings);
+    warn_about_lost_detail(*report.recall, scene_.options, report.warnings);
   }
   if (vertex_coverage_) result_.recalled = vertex_coverage_->vertex_coverage();
   report.seconds_recall += stopwatch_.lap();

@@ -31,9 +31,9 @@ enum class BandStorage { reused, kept };
 
 /// Selects the steps that a pass over the bands runs.
 struct Pass {
-  bool match = true;              ///< Matches the samples again
+  bool match = true;              ///< True: match the samples again
   bool update_distances = false;  ///< Keep the matched points, and update their distances
-  bool compute_maps = true;       ///< Compute all maps from the matched points
+  bool compute_maps = true;       ///< True: compute all maps from the matched points
 };
 
 class Pipeline {
@@ -43,7 +43,8 @@ class Pipeline {
     const Source::Impl& high;
     const Mesh& low;
     const BakeOptions& options;
-    std::uint32_t footprint_divisor = 1;  ///< See MapRequest::footprint_divisor
+    std::uint32_t footprint_divisor =
+        1;  ///< Divisor of the texels' footprint: MapRequest::footprint_divisor
     /// For maps that are finished row by row; null: all images stay in memory
     const OpenMapRows* open_rows = nullptr;
   };

@@ -86,9 +86,9 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change,
   Pass pass;
   pass.match = !baked || (has_moved_vertices && !pipeline.keeps_surface_points());
   pass.update_distances = !pass.match && has_moved_vertices &&
-                          (options.report.keep_match || layers.any_map_follows_positions());
+                          (options.report.keep_match || layers.any_map_depends_on_positions());
   pass.compute_maps = pass.match || normal_change.rebuilt || layers.any_map_reads_around() ||
-                      (has_moved_vertices && layers.any_map_follows_positions());
+                      (has_moved_vertices && layers.any_map_depends_on_positions());
   if (pass.match) {
     pipeline.prepare_match(visibility);
     texels.invalidate();

@@ -303,9 +303,9 @@ std::string changed_options(const Json& former, const Json& now) {
   for (const std::string& key : now.keys()) {
     const Json& former_value = former.at(key);
     if (former_value.dump() == now.at(key).dump()) continue;
-    add(former_value.is_null()
-            ? key + " is new"
-            : key + " changed from " + written(former_value) + " to " + written(now.at(key)));
+    add(former_value.is_null() ? key + " is new"
+                               : key + " changed from " + format_as_word(former_value) + " to " +
+                                     format_as_word(now.at(key)));
   }
   for (const std::string& key : former.keys()) {
     if (now.at(key).is_null()) add(key + " is gone");

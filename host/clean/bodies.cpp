@@ -46,7 +46,7 @@ struct SharedParts {
       sets.join(t[0], t[1]);
       sets.join(t[1], t[2]);
     }
-    // Index of each vertex's component + 1; 0 if it has none yet
+    // 1 + the index of the vertex's component, for each vertex; 0 if the vertex has none yet
     std::vector<std::uint32_t> number(mesh.positions.size(), 0);
     for (std::size_t t = 0; t < of.size(); ++t) {
       std::uint32_t& part = number[sets.find(corners[t][0])];
@@ -206,14 +206,14 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
   return is_dropped;
 }
 
-std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
+std::vector<std::uint8_t> find_inner_parts(const Mesh& mesh, Cleaned& inner) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
   std::vector<SeenPixels> seen_pixels(parts.count);
   const auto is_hidden = [](const SeenPixels& of) {
     return of.front + of.back == 0 && of.drawn >= kMinHiddenPixels;
   };
-  std::vector<std::uint8_t> is_unseen;  // 1 for each part that no view has shown so far
+  std::vector<std::uint8_t> is_unseen;  // For each part, 1 if no view has shown it so far, else 0
   for (const OutsideViews& views : kViewRounds) {
     const std::vector<SeenPixels> more =
         count_seen_pixels(mesh, parts.of, parts.count, views, is_unseen);

@@ -219,7 +219,7 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   step(full_cleaning && options.floater > 0,
        [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
   step(full_cleaning && !options.keep_inner,
-       [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
+       [&] { hidden = drop(mesh, find_inner_parts(mesh, report.inner)); });
   report.faces_outwards =
       report.faces_outwards && options.windings_alone && report.turned.count == 0;
   add_warnings(mesh, options, report, given_triangles, floating, hidden);

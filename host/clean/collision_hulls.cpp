@@ -17,11 +17,10 @@
 namespace kiln {
 namespace {
 
-/// What an object's name says about collisions.
+/// Whether an object is a collision hull, and whether engines draw it, as its name states.
 enum class HullKind {
-  /// The object is drawn, and is a hull, too (Godot's -col). In LOW, it only counts as a hull if other objects are
-  /// drawn
   shown,  ///< The name is not that of a hull, so the object is drawn
+  /// The object is a hull and is drawn, too (Godot's -col). In LOW, it only counts as a hull if other objects are drawn
   both,
   hidden,  ///< A collision hull that is never drawn
 };

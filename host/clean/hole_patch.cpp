@@ -260,7 +260,7 @@ struct Laplacian {
   }
 };
 
-/// Three values for each vertex: one row per vertex.
+/// A matrix of three values for each vertex, with one row per vertex.
 using VertexValues = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 VertexValues values_of(std::span<const Vec3d> points) {

@@ -261,7 +261,7 @@ class HoleFiller {
       for (std::size_t k = 0; k < 3; ++k) nearest_rim_corners[k] = filled_rim.patch.nearest[t[k]];
       std::array<std::uint32_t, 3> sorted_corners = nearest_rim_corners;
       std::sort(sorted_corners.begin(), sorted_corners.end());
-      // The median: if two corners of the triangle have the same nearest corner, it is that corner
+      // This is the median of the three nearest corners: if two of them are the same corner, it is that one
       const CornerOf attribute_source = filled_rim.rim[sorted_corners[1]].corner;
       mesh_.triangles.push_back({mesh_vertices[t[0]], mesh_vertices[t[1]], mesh_vertices[t[2]]});
       if (!mesh_.uv_triangles.empty()) {
@@ -318,11 +318,11 @@ class HoleFiller {
   std::vector<std::uint32_t> add_normals(const FilledRim& filled_rim) {
     if (mesh_.normal_triangles.empty()) return {};
     std::vector<Vec3d> sums(filled_rim.patch.points.size());
-    Vec3d whole{};
+    Vec3d area_vector_sum{};
     for (const auto& t : filled_rim.patch.triangles) {
       const std::vector<Vec3d>& p = filled_rim.patch.points;
       const Vec3d n = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
-      whole += n;
+      area_vector_sum += n;
       for (const std::uint32_t v : t) sums[v] += n;
     }
     const auto push = [&](const Vec3d& sum) {
@@ -332,7 +332,7 @@ class HoleFiller {
     };
     std::vector<std::uint32_t> normals;
     if (filled_rim.patch.is_flat) {
-      normals.assign(sums.size(), push(whole));
+      normals.assign(sums.size(), push(area_vector_sum));
       return normals;
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {

@@ -153,7 +153,7 @@ class Picture {
     };
     const PixelExtent extent = extent_of(centre.x - steps(right_), centre.x + steps(right_),
                                          centre.y - steps(up_), centre.y + steps(up_));
-    // Upper bound of all depths in the block, including rounding.
+    // No depth in the block exceeds this bound, which includes rounding.
     const float top = centre.depth +
                       static_cast<float>(reach(view_direction_) / bounding_ball_.radius) +
                       kDepthTolerance;
@@ -274,7 +274,7 @@ class Picture {
   const OutsideViews& views_;
   Ball bounding_ball_;
   Vec3d view_direction_{}, right_{}, up_{};
-  double scale_ = 0;  ///< Subpixel steps per unit of length
+  double scale_ = 0;  ///< Number of subpixel steps per world unit
   std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;
   std::vector<Tile> tiles_;  ///< Empty while drawing
@@ -341,7 +341,7 @@ std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std:
   const bool draws_repetitions_once = views.pixels < wanted.pixels && occluders.empty();
   const std::vector<std::uint32_t> first =
       draws_repetitions_once ? first_repetitions(mesh) : std::vector<std::uint32_t>();
-  std::mutex mutex;  // Sums are of integers, so their order does not matter
+  std::mutex mutex;  // Guards sums of integers, which do not depend on the order of additions
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;

@@ -145,10 +145,10 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
     fill_triangles.insert(fill_triangles.end(), fill.begin(), fill.end());
     area += size;
   }
-  double whole = 0;
+  double mesh_area = 0;
   for (std::uint32_t t = 0; t < corners.size() && !fill_triangles.empty(); ++t)
-    whole += length(face(t));
-  if (area > kMaxHoleShare * whole) return {};
+    mesh_area += length(face(t));
+  if (area > kMaxHoleShare * mesh_area) return {};
   for (const auto& triangle : fill_triangles) add_triangle(mesh, triangle);
   return filled_holes;
 }

@@ -53,6 +53,6 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
 
 /// Finds parts that no view from outside shows.
 /// \returns for each triangle, 1 if it belongs to such a part; empty if there are none
-std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner);
+std::vector<std::uint8_t> find_inner_parts(const Mesh& mesh, Cleaned& inner);
 
 }  // namespace kiln

@@ -91,7 +91,7 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k,
     const std::uint32_t b = (k + 1) % 3, c = (k + 2) % 3;
     const auto rest_triangle = static_cast<std::uint32_t>(mesh.triangles.size());
     add_triangle(mesh, {CornerOf{t, k}, CornerOf{t, b}, CornerOf{t, c}});
-    // Both pieces get the new point: the first in place of corner b, the second in place of corner k.
+    // The new point replaces corner b in the first piece, and corner k in the second piece.
     mesh.triangles[t][b] = mesh.triangles[rest_triangle][0] = point.vertex;
     const double share = (point.share - previous_share) / (1 - previous_share);
     if (!mesh.uv_triangles.empty()) {

@@ -94,7 +94,7 @@ OptionWords split(const OptionRow& row, std::string_view value) {
 
 /// Joins the numbers of a JSON list to one word: "64x32" for a size, else "0,0,1".
 std::string join_numbers(const OptionRow& row, const Json& value) {
-  std::string text = written(value);
+  std::string text = format_as_word(value);
   if (row.value.type == "size") std::replace(text.begin(), text.end(), ',', 'x');
   return text;
 }
@@ -117,7 +117,7 @@ OptionWords words_from_json(const OptionRow& row, const Json& value) {
       refuse_if(element.is_array() || element.is_object() || element.is_null(),
                 option(option_key(row)) + ": one element of the list is " + element.dump() +
                     ": use only texts and numbers.");
-      words.push_back(written(element));
+      words.push_back(format_as_word(element));
     }
     return words;
   }
@@ -125,11 +125,12 @@ OptionWords words_from_json(const OptionRow& row, const Json& value) {
     OptionWords words;
     for (const std::string& key : value.keys()) {
       const Json& part = value.at(key);
-      words.push_back(key + "=" + (is_numbers(part) ? join_numbers(row, part) : written(part)));
+      words.push_back(key + "=" +
+                      (is_numbers(part) ? join_numbers(row, part) : format_as_word(part)));
     }
     return words;
   }
-  return {written(value)};
+  return {format_as_word(value)};
 }
 
 /// Converts a word to JSON: to a number or boolean if the option's type is one and the text is valid JSON, else to a

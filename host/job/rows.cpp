@@ -156,7 +156,7 @@ OptionValue gutter_value() {
   OptionValue value = value_of<Job>(
       "bake.encoding.gutter", "whole", "N|inf",
       [](Job& job, OptionName, ValueWords words) {
-        job.bake.encoding.gutter = parse_gutter(words.back());
+        job.bake.encoding.gutter = parse_padding(words.back());
       },
       [](Job& job) {
         const std::int32_t gutter = job.bake.encoding.gutter;
@@ -237,7 +237,7 @@ OptionValue cage_value() {
       },
       [](Job& job) {
         const std::optional<Length>& cage = job.bake.match.cage;
-        return job.cage_auto ? Json(kAutomatic) : cage ? Json(length_text(*cage)) : Json();
+        return job.cage_auto ? Json(kAutomatic) : cage ? Json(format_length(*cage)) : Json();
       });
   value.choices = {kAutomatic};
   return value;
@@ -308,7 +308,7 @@ OptionValue origin_value() {
   return value_of<Job>(
              "bake.encoding.origin", "place", "X,Y,Z",
              [](Job& job, OptionName flag, ValueWords words) {
-               job.bake.encoding.origin = parse_place(flag, words.back());
+               job.bake.encoding.origin = parse_point(flag, words.back());
              },
              [](Job& job) {
                const auto& origin = job.bake.encoding.origin;
@@ -574,7 +574,7 @@ std::vector<OptionRow> make_rows() {
                "(textures with alpha and normal maps stay PNG)"},
       {.flag = "--quality",
        .group = kMapGroup,
-       .value = whole(JOB_MEMBER(pictures.quality), 1, 100).or_unset(),
+       .value = integer(JOB_MEMBER(pictures.quality), 1, 100).or_unset(),
        .help = "Lossy quality of a GLB's webp or jpeg textures except normal maps, 1 to 100 "
                "(default: webp is lossless, jpeg uses 90)"},
       {.flag = "--normal-error",
@@ -612,7 +612,7 @@ std::vector<OptionRow> make_rows() {
        .help = "EXR: store components in [-1, 1] instead of n/2 + 1/2"},
       {.flag = "--samples",
        .group = kMapGroup,
-       .value = whole(JOB_MEMBER(bake.samples), 1, 16),
+       .value = integer(JOB_MEMBER(bake.samples), 1, 16),
        .help = "Supersampling: N x N samples per texel, averaged"},
       {.flag = "--gutter",
        .group = kMapGroup,
@@ -634,11 +634,11 @@ std::vector<OptionRow> make_rows() {
                "around, without noise); or auto (views if they are expected to be faster)"},
       {.flag = "--ao-views",
        .group = kOcclusionGroup,
-       .value = whole(JOB_MEMBER(bake.occlusion.views), 16, 4096),
+       .value = integer(JOB_MEMBER(bake.occlusion.views), 16, 4096),
        .help = "With --ao-by views: number of their directions, 16 to 4096"},
       {.flag = "--ao-rays",
        .group = kOcclusionGroup,
-       .value = whole(JOB_MEMBER(bake.occlusion.rays), 1, 4096),
+       .value = integer(JOB_MEMBER(bake.occlusion.rays), 1, 4096),
        .help = "Rays per sample, 1 to 4096. More rays reduce the noise of ambient occlusion (ao), "
                "bent normals and thickness. --samples multiplies the number"},
       {.flag = "--ao-distance",
@@ -781,7 +781,7 @@ std::vector<OptionRow> make_rows() {
        .allowed_with_auto = true},
       {.flag = "--fallback-blend",
        .group = kMatchGroup,
-       .value = whole(JOB_MEMBER(bake.match.fallback_blend), 0, 256).in("texels"),
+       .value = integer(JOB_MEMBER(bake.match.fallback_blend), 0, 256).in("texels"),
        .help = "Width in texels over which the match's normals blend into those of the fallback, "
                "so that the map has no step",
        .allowed_with_auto = true},
@@ -892,7 +892,7 @@ std::vector<OptionRow> make_rows() {
                "Kiln writes the LOW with hard edges beside the maps: use that mesh"},
       {.flag = "--recall",
        .group = kMatchGroup,
-       .value = whole(JOB_MEMBER(bake.report.recall), 0, 1U << 20),
+       .value = integer(JOB_MEMBER(bake.report.recall), 0, 1U << 20),
        .help = "Number of test points on HIGH, for each of which Kiln checks whether a texel "
                "represents it; 0: no check",
        .applies_to_fallback = false,
@@ -947,7 +947,7 @@ std::vector<OptionRow> make_rows() {
                "--views; may be given several times (--views 0: only your own)"},
       {.flag = "--view-size",
        .group = kViewsGroup,
-       .value = whole(JOB_MEMBER(bake.match.views.size), 16, 8192).or_unset().in("pixels"),
+       .value = integer(JOB_MEMBER(bake.match.views.size), 16, 8192).or_unset().in("pixels"),
        .help = "Side of a depth view in pixels (default: from the density of HIGH, up to two per "
                "sample)"},
       {.flag = "--view-criterion",
@@ -969,7 +969,7 @@ std::vector<OptionRow> make_rows() {
                "(smoothed, also across seams)"},
       {.flag = "--directions",
        .group = kVisibilityGroup,
-       .value = whole(JOB_MEMBER(bake.match.visibility.directions), 1, 4096),
+       .value = integer(JOB_MEMBER(bake.match.visibility.directions), 1, 4096),
        .help = "Number of directions from which LOW is seen, 1 to 4096"},
       {.flag = "--visibility-test",
        .group = kVisibilityGroup,
@@ -978,11 +978,11 @@ std::vector<OptionRow> make_rows() {
                "(independent of pixels, slower), or auto: views"},
       {.flag = "--visibility-size",
        .group = kVisibilityGroup,
-       .value = whole(JOB_MEMBER(bake.match.visibility.view_size), 16, 2048).in("pixels"),
+       .value = integer(JOB_MEMBER(bake.match.visibility.view_size), 16, 2048).in("pixels"),
        .help = "Side of these depth views in pixels"},
       {.flag = "--visibility-smooth",
        .group = kVisibilityGroup,
-       .value = whole(JOB_MEMBER(bake.match.visibility.smoothing), 0, 256),
+       .value = integer(JOB_MEMBER(bake.match.visibility.smoothing), 0, 256),
        .help = "Number of smoothing passes over the texels' directions, 3 x 3 texels each"},
       {.flag = "--view-weight",
        .group = kVisibilityGroup,
@@ -992,7 +992,7 @@ std::vector<OptionRow> make_rows() {
                "weight of the nearest line"},
       {.flag = "--visibility-clusters",
        .group = kVisibilityGroup,
-       .value = whole(JOB_MEMBER(bake.match.visibility.clusters), 1, 4),
+       .value = integer(JOB_MEMBER(bake.match.visibility.clusters), 1, 4),
        .help = "With --match visibility: K maps (NAME_normal, NAME_normal_1, ...). Where the "
                "directions that see a texel scatter, each cluster of them has its own map. "
                "NAME_clusters.exr holds the directions of the clusters: render with the map whose "
@@ -1012,7 +1012,7 @@ std::vector<OptionRow> make_rows() {
 
       {.flag = "--faces",
        .group = kLowGroup,
-       .value = whole(JOB_MEMBER(low.make.faces), 1, 100000000).or_unset(),
+       .value = integer(JOB_MEMBER(low.make.faces), 1, 100000000).or_unset(),
        .help = "Without LOW: simplify HIGH to N triangles"},
       {.flag = "--keep-hulls",
        .group = kLowGroup,
@@ -1049,7 +1049,7 @@ std::vector<OptionRow> make_rows() {
                "pixels that either mesh covers, such as 2%; rendered normals hardly show it"},
       {.flag = "--lod",
        .group = kLowGroup,
-       .value = whole(JOB_MEMBER(low.make.lods), 2, 8).or_unset(),
+       .value = integer(JOB_MEMBER(low.make.lods), 2, 8).or_unset(),
        .help = "With --screen: N low polys, 2 to 8, each planned for half the size on screen of "
                "the previous one (NAME_lod0, NAME_lod1...; with --out NAME.glb also "
                "NAME_lod1.glb...; NAME_lods.json states the sizes at which they switch)"},

@@ -12,7 +12,7 @@ namespace kiln {
 
 Json::Json() = default;
 Json::Json(std::nullptr_t) {}
-Json::Json(Number number) : kind_(number.kind), whole_(number.whole) {}
+Json::Json(Number number) : kind_(number.kind), integer_bits_(number.integer_bits) {}
 Json::Json(double value) : kind_(Kind::real), real_(value) {}
 Json::Json(const char* text) : kind_(Kind::text), text_(text) {}
 Json::Json(std::string text) : kind_(Kind::text), text_(std::move(text)) {}
@@ -83,8 +83,9 @@ void Json::update(const Json& other) {
 }
 
 double Json::number() const {
-  if (kind_ == Kind::whole) return static_cast<double>(static_cast<std::int64_t>(whole_));
-  return kind_ == Kind::real ? real_ : static_cast<double>(whole_);
+  if (kind_ == Kind::signed_integer)
+    return static_cast<double>(static_cast<std::int64_t>(integer_bits_));
+  return kind_ == Kind::real ? real_ : static_cast<double>(integer_bits_);
 }
 
 Json Json::with_texts(std::string (*change)(std::string_view)) const {
@@ -100,12 +101,12 @@ struct Json::Library {
 
   static Value to(const Json& json) {
     switch (json.kind_) {
-      case Kind::truth:
-        return json.whole_ != 0;
-      case Kind::whole:
-        return static_cast<std::int64_t>(json.whole_);
-      case Kind::natural:
-        return json.whole_;
+      case Kind::boolean:
+        return json.integer_bits_ != 0;
+      case Kind::signed_integer:
+        return static_cast<std::int64_t>(json.integer_bits_);
+      case Kind::unsigned_integer:
+        return json.integer_bits_;
       case Kind::real:
         return json.real_;
       case Kind::text:

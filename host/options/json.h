@@ -33,12 +33,13 @@ class Json {
   Json(std::nullptr_t);
   /// Creates a boolean.
   template <std::same_as<bool> Truth>
-  Json(Truth value) : Json(Number{.kind = Kind::truth, .whole = value ? 1U : 0U}) {}
+  Json(Truth value) : Json(Number{.kind = Kind::boolean, .integer_bits = value ? 1U : 0U}) {}
   /// Creates an integer.
-  template <std::integral Whole>
-  requires(!std::same_as<Whole, bool>) Json(Whole value)
-      : Json(Number{.kind = std::is_signed_v<Whole> ? Kind::whole : Kind::natural,
-                    .whole = static_cast<std::uint64_t>(value)}) {}
+  template <std::integral Integer>
+  requires(!std::same_as<Integer, bool>) Json(Integer value)
+      : Json(Number{
+            .kind = std::is_signed_v<Integer> ? Kind::signed_integer : Kind::unsigned_integer,
+            .integer_bits = static_cast<std::uint64_t>(value)}) {}
   /// Creates a number. dump() writes null if it is not finite.
   Json(double value);
   /// Creates a string from UTF-8 text.
@@ -75,7 +76,7 @@ class Json {
   bool is_null() const { return kind_ == Kind::null; }
   bool is_string() const { return kind_ == Kind::text; }
   bool is_number() const {
-    return kind_ == Kind::whole || kind_ == Kind::natural || kind_ == Kind::real;
+    return kind_ == Kind::signed_integer || kind_ == Kind::unsigned_integer || kind_ == Kind::real;
   }
   bool is_array() const { return kind_ == Kind::list; }
   bool is_object() const { return kind_ == Kind::object; }
@@ -112,22 +113,32 @@ class Json {
   /// The characters of a string.
   const std::string& text() const { return text_; }
 
-  /// A copy with `change` applied to every string and key.
+  /// Returns a copy in which every string and key is replaced by the result of change().
   Json with_texts(std::string (*change)(std::string_view)) const;
   /// Serialises with `indent` spaces per level, or on one line if negative.
   std::string dump(int indent = -1) const;
 
  private:
-  enum class Kind : std::uint8_t { null, truth, whole, natural, real, text, list, object };
+  enum class Kind : std::uint8_t {
+    null,
+    boolean,
+    signed_integer,
+    unsigned_integer,
+    real,
+    text,
+    list,
+    object
+  };
   struct Number {
     Kind kind;
-    std::uint64_t whole;
+    std::uint64_t integer_bits;
   };
   explicit Json(Number number);
   struct Library;  // Conversion from and to nlohmann::json
 
   Kind kind_ = Kind::null;
-  std::uint64_t whole_ = 0;  // A boolean or an integer; negative integers in two's complement
+  std::uint64_t integer_bits_ =
+      0;  // A boolean or an integer; negative integers in two's complement
   double real_ = 0;
   std::string text_;
   std::vector<Json>
@@ -152,7 +163,7 @@ std::size_t utf8_length(std::string_view text);
 /// reversible. Other text is unchanged.
 std::string escape_bytes(std::string_view bytes);
 
-/// The inverse of escape_bytes().
+/// Restores the bytes that escape_bytes() encoded.
 std::string unescape_bytes(std::string_view text);
 
 /// Serialises with two spaces per level and a final newline. All strings and keys pass escape_bytes().

@@ -18,9 +18,9 @@ OptionWords OptionValue::write(const void* job) const {
   const Json json = get(job);
   OptionWords list;
   if (json.is_array()) {
-    for (const Json& element : json.elements()) list.push_back(written(element));
+    for (const Json& element : json.elements()) list.push_back(format_as_word(element));
   } else if (!json.is_null()) {
-    list.push_back(written(json));
+    list.push_back(format_as_word(json));
   }
   return list;
 }
@@ -63,12 +63,12 @@ bool OptionRow::is_map_option() const {
                      [&](const MapInfo& map) { return applies_to(map); });
 }
 
-std::string written(const Json& value) {
+std::string format_as_word(const Json& value) {
   if (value.is_string()) return value.text();
   if (!value.is_array()) return value.is_null() ? "" : value.dump();
   std::string text;
   for (const Json& element : value.elements()) {
-    text += (text.empty() ? "" : ",") + written(element);
+    text += (text.empty() ? "" : ",") + format_as_word(element);
   }
   return text;
 }

@@ -41,7 +41,7 @@ struct OptionValue {
   std::string type;    ///< Type in --help-json: flag, whole, number, choice, length, text, list...
   std::string words;   ///< What help prints for the value: a placeholder, or the allowed range
   std::string unit;    ///< Unit of numbers; empty if they have none
-  std::string member;  ///< Path of the job's member
+  std::string member;  ///< Path of the job's member that the option sets: "bake.match.ray.rule"
   std::vector<std::string> choices = {};
   std::optional<double> low = {}, high = {};
   bool repeats = false;  ///< True if the flag may be repeated
@@ -88,7 +88,7 @@ OptionValue value_of(const char* member, std::string_view type, std::string_view
 
 /// Makes an option that is an integer within a range.
 template <typename Job, typename T>
-OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) {
+OptionValue integer(Member<Job, T> member, std::uint32_t low, std::uint32_t high) {
   OptionValue value = value_of<Job>(
       member.path, "whole", range(low, high).words(),
       [=](Job& job, const Message& flag, const OptionWords& words) {
@@ -208,7 +208,7 @@ OptionValue length(Member<Job, std::optional<Length>> member) {
       [=](Job& job, const Message& flag, const OptionWords& words) {
         member.of(job) = parse_length_above_0(flag, words.back());
       },
-      [=](Job& job) { return member.of(job) ? Json(length_text(*member.of(job))) : Json(); });
+      [=](Job& job) { return member.of(job) ? Json(format_length(*member.of(job))) : Json(); });
 }
 
 /// A row of the table. For options of bakes, it also determines with which matches and maps the option is allowed.
@@ -242,7 +242,7 @@ struct OptionRow {
 };
 
 /// Formats a value as one word of the command line; elements of lists are separated by commas. Empty for null.
-std::string written(const Json& value);
+std::string format_as_word(const Json& value);
 
 /// Finds the row of a flag; null if there is none.
 const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag);
@@ -260,7 +260,7 @@ std::vector<OptionRow> select_rows(std::span<const OptionRow> rows, const char* 
   return selected_rows;
 }
 
-/// The values of a job by their keys, for reports.
+/// Returns the values of a job's options as a JSON object by their keys in reports.
 Json values_json(std::span<const OptionRow> rows, const void* job);
 
 /// All data of the rows, for --help-json.

@@ -22,7 +22,7 @@ namespace {
 }
 
 template <typename T>
-bool parse_whole(std::string_view text, T& value) {
+bool parse_entire_text(std::string_view text, T& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
 }
@@ -35,10 +35,10 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   if (separator == std::string::npos) {
-    if (!parse_whole(text, width)) fail_value(option("size"), text, kExpected);
+    if (!parse_entire_text(text, width)) fail_value(option("size"), text, kExpected);
     height = width;
-  } else if (!parse_whole(std::string_view(text).substr(0, separator), width) ||
-             !parse_whole(std::string_view(text).substr(separator + 1), height)) {
+  } else if (!parse_entire_text(std::string_view(text).substr(0, separator), width) ||
+             !parse_entire_text(std::string_view(text).substr(separator + 1), height)) {
     fail_value(option("size"), text, kExpected);
   }
   if (width < 1 || width > 16384 || height < 1 || height > 16384)
@@ -53,7 +53,7 @@ Length parse_length(const Message& name, const std::string& text) {
   const bool is_relative = !number.empty() && number.back() == '%';
   if (is_relative) number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0)
+  if (!parse_entire_text(number, value) || !std::isfinite(value) || value < 0)
     fail_value(name, text, kExpected);
   return is_relative ? Length::share(value / 100) : Length::absolute(value);
 }
@@ -72,7 +72,7 @@ std::pair<double, double> parse_extent(const std::string& text) {
   const std::string_view view = text;
   const auto number = [&](std::string_view part) {
     double value = 0;
-    if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
+    if (!parse_entire_text(part, value) || !std::isfinite(value) || value <= 0) {
       fail_value(option("extent"), text, kExpected);
     }
     return value;
@@ -111,7 +111,7 @@ Length parse_length_above_0(const Message& name, const std::string& text) {
   return length;
 }
 
-std::string length_text(const Length& length) {
+std::string format_length(const Length& length) {
   return length.relative ? formatted("%.12g%%", 100 * length.value)
                          : formatted("%.12g", length.value);
 }
@@ -123,7 +123,7 @@ double parse_percentage(const Message& name, const std::string& text, const char
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50))
+  if (!parse_entire_text(number, value) || !(value >= 1e-6 && value <= 50))
     fail_value(name, text, expected_text);
   return value / 100;
 }
@@ -146,7 +146,7 @@ double parse_hole_size(const Message& name, const std::string& text) {
   const std::string number =
       !text.empty() && text.back() == '%' ? text.substr(0, text.size() - 1) : "";
   double value = 0;
-  if (!parse_whole(number, value) || !(value >= 0 && value <= 100)) {
+  if (!parse_entire_text(number, value) || !(value >= 0 && value <= 100)) {
     fail_value(name, text, "a percentage of HIGH's diagonal from 0% to 100%, such as 10%, or all");
   }
   return value / 100;
@@ -181,12 +181,12 @@ void check_density(bool given, const std::string& method) {
 std::optional<double> fraction(std::string_view text) {
   const std::size_t slash = text.find('/');
   double numerator = 0, denominator = 1;
-  if (!parse_whole(text.substr(0, slash), numerator) || !std::isfinite(numerator) ||
+  if (!parse_entire_text(text.substr(0, slash), numerator) || !std::isfinite(numerator) ||
       !(numerator >= 0)) {
     return std::nullopt;
   }
   if (slash == std::string_view::npos) return numerator;
-  if (!parse_whole(text.substr(slash + 1), denominator) || !std::isfinite(denominator) ||
+  if (!parse_entire_text(text.substr(slash + 1), denominator) || !std::isfinite(denominator) ||
       !(denominator > 0)) {
     return std::nullopt;
   }
@@ -209,7 +209,7 @@ Check fraction_check() {
 std::uint32_t parse_pixels(const Message& name, const std::string& text) {
   const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
   std::int32_t value = 0;
-  refuse_if(!parse_whole(digits, value) || value < 16 || value > 16384,
+  refuse_if(!parse_entire_text(digits, value) || value < 16 || value > 16384,
             name + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
   return static_cast<std::uint32_t>(value);
 }
@@ -236,10 +236,10 @@ std::uint64_t parse_bytes(const Message& name, const std::string& text) {
   return static_cast<std::uint64_t>(bytes);
 }
 
-std::int32_t parse_gutter(const std::string& text) {
+std::int32_t parse_padding(const std::string& text) {
   if (text == "inf" || text == "infinite") return -1;
   std::int32_t value = 0;
-  if (!parse_whole(text, value) || value < 0 || value > 4096) {
+  if (!parse_entire_text(text, value) || value < 0 || value > 4096) {
     fail_value(option("gutter"), text, "0 to 4096 texels, or inf");
   }
   return value;
@@ -250,8 +250,8 @@ std::pair<double, double> parse_view(const std::string& text) {
   double azimuth = 0;
   double elevation = 0;
   if (comma == std::string::npos ||
-      !parse_whole(std::string_view(text).substr(0, comma), azimuth) ||
-      !parse_whole(std::string_view(text).substr(comma + 1), elevation) ||
+      !parse_entire_text(std::string_view(text).substr(0, comma), azimuth) ||
+      !parse_entire_text(std::string_view(text).substr(comma + 1), elevation) ||
       !std::isfinite(azimuth) || !(elevation >= -90 && elevation <= 90)) {
     fail_value(option("view"), text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
   }
@@ -262,7 +262,7 @@ template <typename T>
 bool parse_vector3(std::string_view rest, std::array<T, 3>& values) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
-    if (comma == std::string_view::npos || !parse_whole(rest.substr(0, comma), values[i]) ||
+    if (comma == std::string_view::npos || !parse_entire_text(rest.substr(0, comma), values[i]) ||
         !std::isfinite(values[i])) {
       return false;
     }
@@ -281,16 +281,16 @@ Vec3 parse_direction(const Message& name, const std::string& text) {
   return {values[0], values[1], values[2]};
 }
 
-std::array<double, 3> parse_place(const Message& name, const std::string& text) {
+std::array<double, 3> parse_point(const Message& name, const std::string& text) {
   std::array<double, 3> values{};
   if (!parse_vector3(text, values))
-    fail_value(name, text, "a place X,Y,Z, such as 500000,4500000,0");
+    fail_value(name, text, "a point X,Y,Z, such as 500000,4500000,0");
   return values;
 }
 
 std::uint32_t parse_views(const std::string& text) {
   std::uint32_t value = 0;
-  if (!parse_whole(text, value) || value > 512) {
+  if (!parse_entire_text(text, value) || value > 512) {
     fail_value(option("views"), text,
                "1 to 512, or auto, or 0 if " + option("view") + " gives all views");
   }

@@ -47,7 +47,7 @@ Length parse_cage(const std::string& text);
 Length parse_length_above_0(const Message& name, const std::string& text);
 
 /// Formats a length: "0.05", or "2%".
-std::string length_text(const Length& length);
+std::string format_length(const Length& length);
 
 /// Parses a share of the diagonal, up to 50%: "0.2%" or "0.2" give 0.002. \throws Error(usage)
 double parse_error_bound(const std::string& text);
@@ -70,7 +70,7 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text);
 std::uint64_t parse_bytes(const Message& name, const std::string& text);
 
 /// Parses texels, "16", or "inf" (-1). \throws Error(usage)
-std::int32_t parse_gutter(const std::string& text);
+std::int32_t parse_padding(const std::string& text);
 
 /// Parses azimuth and elevation "AZ,EL" in degrees. \throws Error(usage)
 std::pair<double, double> parse_view(const std::string& text);
@@ -92,7 +92,7 @@ bool parse_vector3(std::string_view text, std::array<T, 3>& values);
 Vec3 parse_direction(const Message& name, const std::string& text);
 
 /// Parses a point "X,Y,Z". \throws Error(usage)
-std::array<double, 3> parse_place(const Message& name, const std::string& text);
+std::array<double, 3> parse_point(const Message& name, const std::string& text);
 
 /// Parses a number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);

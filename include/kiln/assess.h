@@ -32,8 +32,9 @@ struct RayMeasure {
 /// How evenly the match samples the high poly: steps between the matched points of neighbouring texels,
 /// compared with the steps between the texels themselves.
 struct Uniformity {
-  double mean_percent = 0;  ///< Mean of 100 | |F(a) - F(b)| / |a - b| - 1 |
-  std::uint64_t pairs = 0;  ///< Number of pairs of texels a and b
+  /// Mean over pairs of neighbouring texels a and b of 100 | |F(a) - F(b)| / |a - b| - 1 |, percent
+  double mean_percent = 0;
+  std::uint64_t pairs = 0;  ///< Number of pairs of neighbouring texels that `mean_percent` averages
 };
 
 /// The measures per texel, for heat maps: one channel, rows from the top, width and height of the
@@ -100,10 +101,11 @@ struct MatchAssessment {
   /// Evenness with which F samples the high poly: for each cell, log2 of the ratio of the matched area
   /// on the high poly to the cell's area on the low poly. A cell lies between a texel and its neighbours
   /// to the right and below, in the same chart.
-  Distribution stretch = {};  ///< Of |log2 - mean_stretch| over the cells; 0: perfectly even
-  double mean_stretch = 0;    ///< Mean over the rated cells of the log2 of the area ratio
-  std::uint64_t cells = 0;    ///< Number of rated cells
-  double folded = 0;          ///< Share of cells whose corners F maps in reversed order
+  /// Distribution of |log2(area ratio) - mean_stretch| over the cells; 0: F samples perfectly evenly
+  Distribution stretch = {};
+  double mean_stretch = 0;  ///< Mean over the rated cells of the log2 of the area ratio
+  std::uint64_t cells = 0;  ///< Number of rated cells
+  double folded = 0;        ///< Share of cells whose corners F maps in reversed order
   /// Largest distance between matched points of neighbouring texels, world units
   double largest_jump = 0;
   /// Largest distance between neighbouring texels on the low poly, for comparison

@@ -183,7 +183,7 @@ struct EncodeMapsOptions {
   /// webp and jpeg: encodes normals lossily, at the lowest quality whose mean error does not exceed this angle,
   /// degrees. 0: normals are lossless.
   double max_normal_error = 0;
-  Dither dither = Dither::automatic;  ///< Lossy pictures ignore it: their values are rounded
+  Dither dither = Dither::automatic;  ///< Dither of lossless pictures; lossy ones are not dithered
   bool smallest = false;  ///< Search for the smallest PNG, which takes seconds per picture
   bool fallback = false;  ///< webp: add PNG versions, so that no extension is required
 };
@@ -253,7 +253,7 @@ struct SaveAssetOptions {
   /// Coarser levels of detail to write into the same file, by the extension MSFT_lod. Readers that do not
   /// support it show only the mesh that is given to save_asset(), the first level.
   std::vector<AssetLevel> levels = {};
-  MeshCompression compression = MeshCompression::none;  ///< Applies to all meshes of the file
+  MeshCompression compression = MeshCompression::none;  ///< Compression of all meshes of the file
 };
 
 /// Writes a low poly with its maps as glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as bakes in tangent space use

@@ -34,7 +34,7 @@ struct HighCoverageReport {
   double lost = 0;  ///< Weighted share of the rated test points that no sample represents, 0 to 1
   /// Weighted share of the largest connected part of the lost surface among all test points, 0 to 1
   double largest = 0;
-  /// Weighted share of the test points that are lost near UV copies, 0 to 1 (included in `lost`).
+  /// Weighted share of the test points that are lost because of UV copies, 0 to 1 (included in `lost`).
   /// UV copies are not baked, and their texels show another surface (BakeReport::uv_copies_differ).
   /// Copies of the same surface lose nothing.
   double by_copies = 0;

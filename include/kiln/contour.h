@@ -18,7 +18,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Side of the iso value that is solid. Normals point away from the solid.
+/// The side of the iso value, above or below it, on which voxels are solid. Normals point away from the solid.
 enum class Inside {
   above,  ///< Voxels at or above the iso value
   below,  ///< Voxels below the iso value

@@ -29,8 +29,8 @@ struct Image {
 /// Quantisation error of stored values against the image: of each texel's worst channel in steps of 1/255;
 /// for normals in degrees.
 struct StoredError {
-  double mean = 0;  ///< Mean over the counted texels
-  double max = 0;   ///< Maximum over the counted texels
+  double mean = 0;  ///< Mean error over the counted texels
+  double max = 0;   ///< Maximum error over the counted texels
 };
 
 }  // namespace kiln

@@ -51,7 +51,7 @@ enum class TextureUse {
 
 /// A text entry in an image file.
 struct ImageText {
-  /// 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
+  /// Keyword: 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
   std::string keyword = {};
   std::string text = {};  ///< Text, printable ASCII
 };

@@ -12,7 +12,7 @@ namespace KILN_PUBLIC kiln {
 
 /// Quality of a mesh's UV layout, independent of the maps baked into it.
 struct LayoutRating {
-  /// Number of rated triangles: all except those that the next two members count
+  /// Number of rated triangles: all triangles except those that `degenerate` and `flat` count
   std::uint64_t triangles = 0;
   std::uint64_t degenerate =
       0;  ///< Triangles without area on the surface, or with a corner or UV that is not finite
@@ -20,7 +20,7 @@ struct LayoutRating {
   /// stretch is infinite
   std::uint64_t flat = 0;
   std::uint64_t mirrored = 0;  ///< Rated triangles with clockwise winding in the layout
-  double area = 0;             ///< Surface of the rated triangles, world units squared
+  double area = 0;             ///< Surface area of the rated triangles, world units squared
 
   /// Sander et al., L2(M): the root mean square, by area, of sqrt((a + c) / 2), times sqrt(texels / area). 1:
   /// no stretch, one scale.

@@ -79,9 +79,9 @@ enum class OcclusionBy {
 /// Weight of a ray's first hit in occlusion, as a function of x = d / D, where d is the hit's distance from the point
 /// and D is OcclusionOptions::distance. Hits at D or beyond do not occlude.
 enum class OcclusionFalloff {
-  none,    ///< 1 at every distance below D
-  linear,  ///< 1 - x
-  smooth,  ///< 1 - x^2 (3 - 2 x): its slope is 0 at contact and at D
+  none,    ///< The weight is 1 at every distance below D
+  linear,  ///< The weight is 1 - x
+  smooth,  ///< The weight is 1 - x^2 (3 - 2 x), whose slope is 0 at distances 0 and D
 };
 
 /// Ambient light over the hemisphere at the high poly's points, for the maps ao, bent_normal and
@@ -103,7 +103,7 @@ struct OcclusionOptions {
   // Occluders in the maps ao, bent_normal and shadow: the high poly, the low poly and other meshes;
   // at least one of them must be set.
   bool by_high = true;  ///< The high poly occludes
-  bool by_low = false;  ///< The low poly occludes
+  bool by_low = false;  ///< True: the low poly occludes
   /// Other meshes that occlude, in the high poly's space, such as a ground or neighbouring parts;
   /// they must outlive the bake.
   std::vector<const Mesh*> by_others = {};
@@ -216,7 +216,7 @@ enum class MapType {
   vector,         ///< A vector of independent signed components
   color,          ///< A colour in linear light; integer formats store it sRGB-encoded (to_srgb())
   id,             ///< A colour that identifies an element: never averaged, without a mip chain
-  /// A property of the texels, not of the high poly: without padding and without a mip chain
+  /// Values describe texels of the map, not the high poly, so the map gets no padding and no mip chain
   coverage,
 };
 

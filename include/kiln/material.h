@@ -51,11 +51,12 @@ enum class AlphaMode {
 };
 
 /// A material of an MTL, glTF or FBX file. Slots without a picture are empty. In glTF, numbers are factors of
-/// the pictures; in MTL, numbers are used where there is no picture.
+/// the pictures. In MTL and FBX, the number of a slot is only used if the slot has no picture; but `opacity` is a factor
+/// of the alpha of color_map if there is no opacity_map.
 struct Material {
   std::string name = {};                ///< Name as in Mesh::material_names
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
-  float opacity = 1;                    ///< `d`, or 1 - `Tr`; 1 for `Tr 1` without `d`
+  float opacity = 1;    ///< `d`, or 1 - `Tr`; `Tr 1` without `d` counts as opaque (1)
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), the convention of Blender
   /// `Pm`; or else, in Blender's files, `Ka` if `illum` states reflection; else 0
   float metallic = 0;
@@ -65,13 +66,14 @@ struct Material {
   AlphaMode alpha_mode = AlphaMode::blend;  ///< Alpha mode; MTL files cannot state it
   float alpha_cutoff = 0.5F;                ///< Threshold of AlphaMode::mask
   bool double_sided = false;                ///< glTF's `doubleSided`
-  bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
+  bool multiplies = false;      ///< True if all numbers are factors of the pictures (glTF)
   bool vertex_opacity = false;  ///< True if vertex colours that it is multiplied with have alpha
   /// True if the material's colour comes from the vertices (PLY without a picture)
   bool vertex_color = false;
-  MaterialPicture color_map =
-      {};  ///< `map_Kd`; its alpha is the opacity if opacity_map is the same picture
-  MaterialPicture opacity_map = {};    ///< `map_d`
+  /// `map_Kd`. In MTL and FBX, its alpha times `opacity` is the material's opacity if opacity_map is empty. If opacity_map
+  /// is the same picture, the alpha is used as for any opacity_map: in glTF times `opacity`, in MTL and FBX alone
+  MaterialPicture color_map = {};
+  MaterialPicture opacity_map = {};    ///< `map_d`; in MTL and FBX, replaces `opacity`
   MaterialPicture normal_map = {};     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
   MaterialPicture roughness_map = {};  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
   MaterialPicture metallic_map = {};   ///< `map_Pm`, or else, in Blender's files, `map_refl`

@@ -123,8 +123,8 @@ struct LoadMeshOptions {
   /// Metres per unit, for files that do not state their unit; positions are scaled to metres. 0:
   /// positions are not scaled.
   double metres = 0;
-  bool override_up = false;    ///< Apply `up` to files that state another axis, too
-  bool override_unit = false;  ///< Apply `metres` to files that state another unit, too
+  bool override_up = false;    ///< True: `up` replaces the axis that a file states
+  bool override_unit = false;  ///< True: `metres` replaces the unit that a file states
   /// Allow FBX, glTF and similar files to refer to files outside of their own folder
   bool outside = false;
 };

@@ -33,7 +33,7 @@ struct FitNormalsOptions {
   /// become hard if the normals on their sides differ by 45 degrees or more. Vertices then have several normals.
   /// 180: no edges become hard. kShadingCreaseDegrees suits hard surfaces, and hardly changes scans.
   double crease_degrees = 180;
-  NormalPurpose purpose = NormalPurpose::by_uvs;  ///< What the normals are for
+  NormalPurpose purpose = NormalPurpose::by_uvs;  ///< Purpose for which the normals are fitted
 };
 
 /// Report of fit_normals().
@@ -181,7 +181,7 @@ struct ShadingReport {
   double least_degrees = 0;
   /// Largest angle between the faces of a smooth edge in parts with hard edges, degrees
   double most_degrees = 0;
-  /// Share of the area, 0 to 1, that is plane but shaded as if curved: it belongs to planes of several triangles or of
+  /// Share of the area, 0 to 1, that is planar but shaded as if curved: it belongs to planes of several triangles or of
   /// a polygon, and the interpolated normal in the middle of a triangle deviates by more than 20 degrees from the
   /// plane's.
   double bent_planes = 0;

@@ -57,8 +57,8 @@ def test_tqdm():
 @pytest.mark.parametrize("degrees, words", [(2.5, "deviate by 2.5 degrees, but 2 "), (2, "A map exceeds"), (1, "A map exceeds")])
 def test_a_bound_that_is_missed_is_named(degrees, words):
     """Normals within their bound are no reason: then it is another map's bound."""
-    from kiln._bake import warn_not_reached
+    from kiln._bake import warn_about_missed_bound
 
     with pytest.warns(kiln.KilnWarning, match=words) as caught:
-        warn_not_reached({"degrees": degrees, "wanted": 2})
+        warn_about_missed_bound({"degrees": degrees, "wanted": 2})
     assert [warning.message.code for warning in caught] == ["error-not-reached"]

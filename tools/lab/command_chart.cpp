@@ -41,7 +41,7 @@ std::vector<OptionRow> chart_rows() {
   std::vector<std::string> settings = setting_names();
   settings.emplace_back(kHardSurfaceGroup);
   return {
-      {"--repeat", "", whole(KILN_MEMBER(Arguments, repeat), 1, 1000),
+      {"--repeat", "", integer(KILN_MEMBER(Arguments, repeat), 1, 1000),
        "Timed runs of each setting, whose median is charted; they follow a run that compiles the "
        "kernels and measures the errors"},
       {"--ao", "", toggle(KILN_MEMBER(Arguments, ao)),

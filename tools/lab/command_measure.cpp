@@ -93,13 +93,13 @@ Run add_measure(Command& app) {
        .help = "What varies: the number of depth views, the low poly's faces, or its faces and the "
                "map's size (the size is otherwise --size, default 1024)"},
       {.flag = "--views",
-       .value = whole(KILN_MEMBER(Job, views), 1, 128),
+       .value = integer(KILN_MEMBER(Job, views), 1, 128),
        .help = "With --study faces or size: number of depth views (default 12)"},
       {.flag = "--view-size",
-       .value = whole(KILN_MEMBER(Job, view_size), 16, 8192),
+       .value = integer(KILN_MEMBER(Job, view_size), 16, 8192),
        .help = "Pixels a side of a depth view (default: by the density of HIGH)"},
       {.flag = "--faces",
-       .value = whole(KILN_MEMBER(Job, faces), 4, 100000000),
+       .value = integer(KILN_MEMBER(Job, faces), 4, 100000000),
        .help = "With --study views without LOW: triangles of the low poly (default 2000)"}};
   add_options(*command, rows, a.get());
   LabArguments* const shared = a.get();

@@ -15,14 +15,14 @@ std::vector<OptionRow> all_rows() {
   std::vector<OptionRow> rows = {
       {"--match", "", list_option(KILN_MEMBER(Arguments, matches), match_names()),
        "A match, as in kiln bake; may be repeated (default: all that suit the meshes)"},
-      {"--size", "", whole(KILN_MEMBER(Arguments, size), 16, 8192), "Texels a side"},
+      {"--size", "", integer(KILN_MEMBER(Arguments, size), 16, 8192), "Texels a side"},
       {"--max-distance", "", text(KILN_MEMBER(Arguments, max_distance), "D|P%"),
        "Largest distance of matches outwards and inwards: world units, or P% of HIGH's diagonal"},
-      {"--directions", "", whole(KILN_MEMBER(Arguments, directions), 12, 4096),
+      {"--directions", "", integer(KILN_MEMBER(Arguments, directions), 12, 4096),
        "Number of directions of viewing rays (default 512)"},
-      {"--pixels", "", whole(KILN_MEMBER(Arguments, pixels), 16, 4096),
+      {"--pixels", "", integer(KILN_MEMBER(Arguments, pixels), 16, 4096),
        "Pixels a side of the pictures in which rendered normals are compared (default 512)"},
-      {"--picture-size", "", whole(KILN_MEMBER(Arguments, picture_size), 64, 4096),
+      {"--picture-size", "", integer(KILN_MEMBER(Arguments, picture_size), 64, 4096),
        "Pixels of a picture's longer side"}};
   const char* heights = "Height fields (HIGH is a PNG, EXR or TIFF)";
   for (const OptionRow& row :

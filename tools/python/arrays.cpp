@@ -5,33 +5,33 @@
 namespace kiln::python {
 namespace {
 
-nb::object checked(nb::handle array, const char* parameter, const char* type,
-                   std::initializer_list<int> shape, nb::object below) {
+nb::object check_array(nb::handle array, const char* parameter, const char* type,
+                       std::initializer_list<int> shape, nb::object below) {
   nb::list shape_list;
   for (const int side : shape) shape_list.append(side);
   return nb::module_::import_("kiln._arrays")
-      .attr("checked")(array, parameter, type, nb::tuple(shape_list), below);
+      .attr("check_array")(array, parameter, type, nb::tuple(shape_list), below);
 }
 
 }  // namespace
 
 Input<float> floats(nb::handle array, const char* parameter, std::initializer_list<int> shape) {
-  return nb::cast<Input<float>>(checked(array, parameter, "float32", shape, nb::none()));
+  return nb::cast<Input<float>>(check_array(array, parameter, "float32", shape, nb::none()));
 }
 
 Input<double> doubles(nb::handle array, const char* parameter, std::initializer_list<int> shape) {
-  return nb::cast<Input<double>>(checked(array, parameter, "float64", shape, nb::none()));
+  return nb::cast<Input<double>>(check_array(array, parameter, "float64", shape, nb::none()));
 }
 
 Input<std::uint8_t> bytes(nb::handle array, const char* parameter,
                           std::initializer_list<int> shape) {
-  return nb::cast<Input<std::uint8_t>>(checked(array, parameter, "uint8", shape, nb::none()));
+  return nb::cast<Input<std::uint8_t>>(check_array(array, parameter, "uint8", shape, nb::none()));
 }
 
 Input<std::uint32_t> indices(nb::handle array, const char* parameter,
                              std::initializer_list<int> shape, std::size_t below) {
   return nb::cast<Input<std::uint32_t>>(
-      checked(array, parameter, "uint32", shape, nb::int_(below)));
+      check_array(array, parameter, "uint32", shape, nb::int_(below)));
 }
 
 Image image_of(nb::handle array, const char* parameter) {

@@ -109,7 +109,7 @@ Job job_in_memory(const PySource& source, const Keywords& words) {
   return job;
 }
 
-PreparedHigh prepared(const Source& source, const PySource& py) {
+PreparedHigh prepare_high(const Source& source, const PySource& py) {
   PreparedHigh high{source, *py.high.mesh};
   if (py.high.materials) high.materials = *py.high.materials;
   high.height_field = py.high.height_field;
@@ -119,7 +119,7 @@ PreparedHigh prepared(const Source& source, const PySource& py) {
 
 JobResult run_from(const PySource& source, const Job& job, RunHooks& hooks, const Call& call) {
   const Source kept_source = source.get();
-  const PreparedHigh high = prepared(kept_source, source);
+  const PreparedHigh high = prepare_high(kept_source, source);
   hooks.high = &high;
   hooks.writes = false;
   JobResult job_result = call.run_whole([&](const Progress& progress) {
@@ -324,7 +324,7 @@ PyBake py_bake(BakeResult result, const std::vector<Warning>& warnings,
   return bake;
 }
 
-PyBake finished(BakeResult result, const Request& request, const std::string& low_name) {
+PyBake wrap_bake_result(BakeResult result, const Request& request, const std::string& low_name) {
   check_cancelled(result.cancelled);
   std::vector<Warning> warnings = request.warnings;
   warnings.insert(warnings.end(), result.report.warnings.begin(), result.report.warnings.end());

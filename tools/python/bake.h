@@ -55,7 +55,7 @@ struct PyBake {
 };
 
 /// Wraps the result of a session's bake, and issues its warnings. \throws Error(cancelled)
-PyBake finished(BakeResult result, const Request& request, const std::string& low_name);
+PyBake wrap_bake_result(BakeResult result, const Request& request, const std::string& low_name);
 
 /// Converts textures for maps that transfer them.
 /// \param textures  tuples (name, pixels, kind) over the high poly's UVs

@@ -42,8 +42,8 @@ JobInput input_of(const PyMesh& mesh, const Call& call) {
 }
 
 /// Calls the caller's function with a match. \returns the function's images by material slot
-std::map<std::string, Image> sampled(const nb::object& function, const Match& match,
-                                     const Mesh& high) {
+std::map<std::string, Image> call_sample_function(const nb::object& function, const Match& match,
+                                                  const Mesh& high) {
   Mesh position_mesh;  // a mesh with only those attributes from which positions are computed
   position_mesh.origin = high.origin;
   position_mesh.positions = high.positions;
@@ -120,7 +120,7 @@ nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
   hooks.not_written = not_written;
   if (!sample.is_none()) {
     hooks.sample = [&](const Match& match, const Mesh& mesh) {
-      return sampled(sample, match, mesh);
+      return call_sample_function(sample, match, mesh);
     };
   }
   std::optional<BakeResult> result;

@@ -15,7 +15,7 @@ namespace {
 using nb::literals::operator""_a;
 
 template <typename T>
-T word(const Words<T>& words, const char* parameter, const std::string& text) {
+T parse_word(const Words<T>& words, const char* parameter, const std::string& text) {
   if (const T* const value = words.find(text)) return *value;
   std::string names;
   for (const auto& [name, value] : words) names += (names.empty() ? "" : ", ") + std::string(name);
@@ -42,8 +42,8 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
   NormalMap map;
   if (!normal.is_none()) {
     image = image_of(normal, "normal");
-    map = {&image, word(Words(kSpaceWords), "space", space), flip_y,
-           word(Words(kBitangentWords), "bitangent", bitangent)};
+    map = {&image, parse_word(Words(kSpaceWords), "space", space), flip_y,
+           parse_word(Words(kBitangentWords), "bitangent", bitangent)};
   }
   const NormalError error = call.run([&] {
     const Device& open_device = device_of(device);
@@ -76,8 +76,8 @@ nb::any run_render(const PyMesh& mesh, nb::handle normal, const std::string& spa
   NormalMap map;
   if (!normal.is_none()) {
     image = image_of(normal, "normal");
-    map = {&image, word(Words(kSpaceWords), "space", space), flip_y,
-           word(Words(kBitangentWords), "bitangent", bitangent)};
+    map = {&image, parse_word(Words(kSpaceWords), "space", space), flip_y,
+           parse_word(Words(kBitangentWords), "bitangent", bitangent)};
   }
   RenderOptions options;
   options.size = size;

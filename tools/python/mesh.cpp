@@ -47,7 +47,7 @@ std::array<double, 3> origin_for(const double* xyz, std::size_t count) {
 }
 
 template <typename T>
-std::vector<T> elements(const void* data, std::size_t count) {
+std::vector<T> copy_elements(const void* data, std::size_t count) {
   std::vector<T> values(count);
   if (count != 0) std::memcpy(static_cast<void*>(values.data()), data, count * sizeof(T));
   return values;
@@ -59,7 +59,7 @@ void name_triangles(nb::handle given, nb::handle given_names, const char* parame
                     std::vector<std::string>& names) {
   if (given.is_none()) return;
   const auto rows = indices(given, parameter, {static_cast<int>(triangles)}, std::size_t{1} << 31);
-  numbers = elements<std::uint32_t>(rows.data(), rows.size());
+  numbers = copy_elements<std::uint32_t>(rows.data(), rows.size());
   std::size_t count = 0;
   for (const std::uint32_t number : numbers)
     count = std::max<std::size_t>(count, number + std::size_t{1});
@@ -83,7 +83,7 @@ void read_attribute_pool(nb::handle values, nb::handle faces, const char* parame
           .attr("corner_values")(values, faces, parameter, channels, mesh.positions.size(),
                                  mesh.triangles.size());
   const auto numbers = nb::cast<Input<float>>(shaped_values[0]);
-  pool = elements<T>(numbers.data(), numbers.size() / static_cast<std::size_t>(channels));
+  pool = copy_elements<T>(numbers.data(), numbers.size() / static_cast<std::size_t>(channels));
   const std::string layout = nb::cast<std::string>(shaped_values[1]);
   if (layout == "vertex") {
     triangles = mesh.triangles;
@@ -94,7 +94,7 @@ void read_attribute_pool(nb::handle values, nb::handle faces, const char* parame
   } else {
     const auto corners =
         indices(faces, faces_parameter, {static_cast<int>(mesh.triangles.size()), 3}, pool.size());
-    triangles = elements<Triangle>(corners.data(), mesh.triangles.size());
+    triangles = copy_elements<Triangle>(corners.data(), mesh.triangles.size());
   }
 }
 
@@ -143,7 +143,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     }
   }
   const auto corners = indices(faces, "faces", {-1, 3}, count);
-  mesh.triangles = elements<Triangle>(corners.data(), corners.shape(0));
+  mesh.triangles = copy_elements<Triangle>(corners.data(), corners.shape(0));
   read_attribute_pool(uvs, uv_faces, "uvs", "uv_faces", 2, mesh, mesh.uvs, mesh.uv_triangles);
   read_attribute_pool(normals, normal_faces, "normals", "normal_faces", 3, mesh, mesh.normals,
                       mesh.normal_triangles);
@@ -154,7 +154,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     const nb::object rgba =
         nb::module_::import_("kiln._arrays").attr("vertex_colors")(colors, count);
     const auto values = nb::cast<Input<std::uint8_t>>(rgba);
-    mesh.colors = elements<std::array<std::uint8_t, 4>>(values.data(), count);
+    mesh.colors = copy_elements<std::array<std::uint8_t, 4>>(values.data(), count);
   }
   name_triangles(materials, material_names, "materials", mesh.triangles.size(), mesh.materials,
                  mesh.material_names);
@@ -165,7 +165,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   if (!tangents.is_none()) {
     const auto values =
         floats(tangents, "tangents", {static_cast<int>(3 * mesh.triangles.size()), 4});
-    mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
+    mesh.tangents = copy_elements<Tangent>(values.data(), 3 * mesh.triangles.size());
     if (needs_rotation) {
       for (Tangent& tangent : mesh.tangents) rotate(tangent.direction);
     }
@@ -260,7 +260,7 @@ constexpr bool kIsArray = false;
 template <typename T>
 constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
 
-/// Stands in messages for the name of a file that was given as bytes.
+/// Name in messages of a file that was given as bytes.
 constexpr const char* kNameOfBytes = "mesh.glb";
 
 std::span<const std::byte> bytes_view(const nb::bytes& data) {
@@ -273,7 +273,7 @@ std::string string_from_bytes(nb::handle given) {
   return {bytes.c_str(), bytes.size()};
 }
 
-nb::tuple pickled(const PyMesh& self) {
+nb::tuple pickle_mesh(const PyMesh& self) {
   nb::list parts;
   for_each_array(*self.mesh, [&](const auto& part) {
     using Part = std::remove_cvref_t<decltype(part)>;
@@ -308,7 +308,7 @@ nb::tuple pickled(const PyMesh& self) {
 /// number of parts of a pickle
 constexpr std::size_t kPickledParts = 7;
 
-PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
+PyMesh unpickle_parts(const nb::tuple& state, const Call& call) {
   const std::string pickled_version = nb::cast<std::string>(state[0]);
   if (pickled_version != version()) {
     throw Error(ErrorCode::input,
@@ -326,12 +326,12 @@ PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
     if constexpr (kIsArray<Part>) {
       using Row = typename Part::value_type;
       const nb::bytes bytes = nb::cast<nb::bytes>(given);
-      part = elements<Row>(bytes.data(), bytes.size() / sizeof(Row));
+      part = copy_elements<Row>(bytes.data(), bytes.size() / sizeof(Row));
     } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
       for (const nb::handle set : given) {
         const nb::bytes bytes = nb::cast<nb::bytes>(set[1]);
         part.push_back({nb::cast<std::uint32_t>(set[0]),
-                        elements<Vec2>(bytes.data(), bytes.size() / sizeof(Vec2))});
+                        copy_elements<Vec2>(bytes.data(), bytes.size() / sizeof(Vec2))});
       }
     } else if constexpr (std::is_same_v<Part, std::string>) {
       part = string_from_bytes(given);
@@ -366,11 +366,11 @@ PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
   return result;
 }
 
-PyMesh unpickled(const nb::tuple& state) {
+PyMesh unpickle_mesh(const nb::tuple& state) {
   const Call call;
   if (state.size() == kPickledParts) {
     try {
-      return unpickled_parts(state, call);
+      return unpickle_parts(state, call);
     } catch (const Error&) {
       throw;
     } catch (const std::bad_alloc&) {
@@ -603,9 +603,9 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           nb::sig("def save(self, path: str | os.PathLike[str]) -> None"), "path"_a,
           "Writes a Wavefront OBJ, completely or not at all, but never over the file from which "
           "the mesh was read.")
-      .def("__getstate__", &pickled)
+      .def("__getstate__", &pickle_mesh)
       .def("__setstate__",
-           [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickled(state)); })
+           [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickle_mesh(state)); })
       .def("__repr__", &describe);
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
              "up"_a = "");

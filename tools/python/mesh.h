@@ -23,7 +23,7 @@ struct PyMesh {
   nb::object content =
       nb::none();  ///< The bytes from which the mesh was read, if they contain its materials
   nb::object report = nb::none();  ///< Report of the call that made the mesh
-  /// Set if Kiln simplified the mesh from a high poly
+  /// Report of simplify(); set if Kiln simplified the mesh from a high poly
   std::shared_ptr<const SimplifyReport> made = {};
   /// The nodes of `content`, if jobs read them; else null
   std::shared_ptr<const Asset> asset = {};

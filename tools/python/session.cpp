@@ -201,7 +201,7 @@ class PyBakeSession {
         return baked;
       });
       result.report.warnings.insert(result.report.warnings.begin(), notes.begin(), notes.end());
-      return finished(std::move(result), *work.request, low_name_);
+      return wrap_bake_result(std::move(result), *work.request, low_name_);
     });
   }
 

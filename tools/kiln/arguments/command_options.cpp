@@ -21,7 +21,7 @@ void add_options(Command& command, std::span<const OptionRow> rows, void* job) {
     if (value.repeats) option->repeats();
     if (value.delimiter != 0) option->delimiter(value.delimiter);
     if (row.required) option->required();
-    if (!is_flag) option->default_text(written(value.get(job)));
+    if (!is_flag) option->default_text(format_as_word(value.get(job)));
     for (const auto& [flag, other] : added) {
       if ((" " + row.excludes + " ").find(" " + flag + " ") != std::string::npos) {
         option->excludes(other);

@@ -41,7 +41,7 @@ OptionValue iso_value() {
 }
 
 OptionValue outer_gap_value() {
-  OptionValue value = whole(AT(options.contour.outer_gap), 0, 64);
+  OptionValue value = integer(AT(options.contour.outer_gap), 0, 64);
   value.get = getter_of<Arguments>([](Arguments& job) {
     return job.options.contour.outer_only ? Json(job.options.contour.outer_gap) : Json();
   });
@@ -127,7 +127,7 @@ std::vector<OptionRow> surface_rows(bool iso_required) {
        .needs = "--outer"},
       {.flag = "--faces",
        .group = kSurfaceGroup,
-       .value = whole(AT(options.faces), 1, 100000000).or_unset(),
+       .value = integer(AT(options.faces), 1, 100000000).or_unset(),
        .help = "At most N triangles"},
       {.flag = "--error",
        .group = kSurfaceGroup,
@@ -155,7 +155,7 @@ std::vector<OptionRow> file_and_chart_rows() {
   return {
       {.flag = "--chart-border",
        .group = kMapGroup,
-       .value = whole(AT(options.border_texels), 1, 64),
+       .value = integer(AT(options.border_texels), 1, 64),
        .help = "Texels around each chart"},
       {.flag = "--raw-size",
        .group = kRawGroup,

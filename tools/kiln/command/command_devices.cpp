@@ -255,7 +255,7 @@ Run add_devices(Command& app) {
        .help =
            "Measure which builder and work-group sizes are the fastest, and use them from now on"},
       {.flag = "--tune-faces",
-       .value = whole(KILN_MEMBER(Arguments, tune_faces), 1000, 20000000),
+       .value = integer(KILN_MEMBER(Arguments, tune_faces), 1000, 20000000),
        .help = "Triangles of the largest mesh that is measured (default: 500000)",
        .needs = "--tune"},
       device_row<Arguments>("")};

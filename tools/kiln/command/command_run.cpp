@@ -745,7 +745,7 @@ Run add_run(Command& app) {
        .help = "Bake the I-th of N shards with about equal times, 1/N to N/N; all machines choose "
                "the same shards"},
       {.flag = "--at-once",
-       .value = whole(AT(concurrent_bakes), 1, 64).or_unset(),
+       .value = integer(AT(concurrent_bakes), 1, 64).or_unset(),
        .help = "Number of concurrent bakes (default: 2, or fewer if memory is short)"},
       {.flag = "--allow-outside",
        .value = toggle(AT(allow_outside)),

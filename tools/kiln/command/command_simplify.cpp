@@ -255,7 +255,7 @@ Run add_simplify(Command& app) {
        .help = "The low poly to write (OBJ)",
        .required = true},
       {.flag = "--faces",
-       .value = whole(AT(faces), 1, 100000000).or_unset(),
+       .value = integer(AT(faces), 1, 100000000).or_unset(),
        .help = "Number of triangles (default: as few as --max-error allows)"},
       {.flag = "--max-error",
        .value = text(AT(max_error)),

@@ -43,7 +43,7 @@ std::vector<OptionRow> view_command_rows() {
        .key = "-",
        .required = true},
       {.flag = "--reference-faces",
-       .value = whole(AT(reference_faces), 1000, 5000000),
+       .value = integer(AT(reference_faces), 1000, 5000000),
        .help =
            "Largest number of triangles of --reference in the page; a finer mesh is simplified"},
       {.flag = "--no-errors",

@@ -94,7 +94,7 @@ std::vector<OptionRow> volume_rows() {
        .key = "-"},
       {.flag = "--lod",
        .group = kSurfaceGroup,
-       .value = whole(AT(lods), 2, 8).or_unset(),
+       .value = integer(AT(lods), 2, 8).or_unset(),
        .help = "N low polys, 2 to 8, each for half the size on screen of the previous one: with a "
                "quarter of the faces, half the map's side, and the same parts (NAME_lod0, "
                "NAME_lod1...; NAME_lods.json)"},
@@ -113,7 +113,7 @@ std::vector<OptionRow> volume_rows() {
        .help = "With ray or closest: search distance (default 2%)"},
       {.flag = "--samples",
        .group = kMapGroup,
-       .value = whole(AT(samples), 1, 16),
+       .value = integer(AT(samples), 1, 16),
        .help = "With ray or closest: N x N samples per texel"},
       {.flag = "--unwrap",
        .group = kMapGroup,

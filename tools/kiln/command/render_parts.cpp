@@ -330,7 +330,7 @@ Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, con
   const bool is_auto_cage = arguments.cage_auto;
   const Length length = arguments.bake.match.cage.value_or(Length{});
   refuse_if((is_auto_cage || length.relative) && high == nullptr,
-            "--cage " + (is_auto_cage ? kAutomatic : length_text(length)) +
+            "--cage " + (is_auto_cage ? kAutomatic : format_length(length)) +
                 " depends on HIGH: add --reference HIGH, or give a length in world units.");
   if (is_auto_cage) {
     MatchInputs inputs;

@@ -21,7 +21,7 @@ RenderOptions view_options(const ViewArguments& arguments, bool height_field) {
                                                    : kDefaultView;
   std::tie(options.azimuth_degrees, options.elevation_degrees) = parse_view(view);
   options.zoom = arguments.zoom;
-  if (!arguments.at.empty()) options.at = parse_place("--at", arguments.at);
+  if (!arguments.at.empty()) options.at = parse_point("--at", arguments.at);
   options.z_up = arguments.z_up || height_field;
   options.trim = !arguments.square;
   return options;

@@ -28,6 +28,6 @@ folder = Path(sys.argv[1])
 mesh = dense()
 glb = kiln.to_glb(mesh, faces_target=3000, texture_size=512, sample=field, path=folder / "field.glb")
 print(glb, f"{len(mesh.faces)} faces before")
-# The same maps, computed in separate steps for an existing low poly.
+# This computes the same maps in separate steps, for an existing low poly.
 maps = kiln.sampled(kiln.match(mesh, glb.mesh, size=512), field)
 assert {name: array.shape for name, array in maps.items()}["color"] == (512, 512, 3)

@@ -26,7 +26,7 @@ def make_scan():
 
 folder = Path(sys.argv[1])
 scan = kiln.load(sys.argv[2]) if sys.argv[2:] else kiln.Mesh(*make_scan()[:2], colors=make_scan()[2])
-# The fewest faces with rendered normals within 4 degrees.
+# Chooses the fewest faces whose rendered normals deviate by at most 4 degrees.
 glb = kiln.to_glb(scan, max_error="normal=4deg", texture_size=1024, path=folder / "scan.glb")
 error = kiln.measure(scan, glb.mesh, glb.bake)
 print(glb, f"{error.degrees:.2f} degrees off")

@@ -58,7 +58,7 @@ def _refuse_repeats(array: np.ndarray, parameter: str) -> None:
         )
 
 
-def checked(
+def check_array(
     values: Any, parameter: str, dtype: str, shape: tuple[int, ...], below: int | None
 ) -> np.ndarray:
     """Converts to a contiguous array of a type and a shape; -1 in the shape allows any number."""
@@ -103,9 +103,9 @@ def corner_values(
     array = as_array(values, parameter)
     if faces is not None:
         _refuse_repeats(array, parameter)  # the rows of this array, of any number
-        return checked(array, parameter, "float32", (-1, channels), None), "pool"
+        return check_array(array, parameter, "float32", (-1, channels), None), "pool"
     if array.shape == (triangles, 3, channels):
-        return checked(array, parameter, "float32", (triangles, 3, channels), None), "corner"
+        return check_array(array, parameter, "float32", (triangles, 3, channels), None), "corner"
     if array.shape != (vertices, channels):
         _fail(
             parameter,
@@ -113,7 +113,7 @@ def corner_values(
             f"each face, not {array.shape}; give {parameter[:-1]}_faces beside rows of their own.",
             "array-shape",
         )
-    return checked(array, parameter, "float32", (vertices, channels), None), "vertex"
+    return check_array(array, parameter, "float32", (vertices, channels), None), "vertex"
 
 
 def vertex_colors(values: Any, vertices: int) -> np.ndarray:

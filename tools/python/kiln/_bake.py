@@ -14,7 +14,7 @@ from . import _core
 from ._core import Match, Mesh
 from ._errors import Error, KilnWarning, device_of, path_of, quiet, texture_set
 from ._meshes import as_high, as_mesh
-from ._options import checked, is_number, json_of, to_plain_values
+from ._options import is_number, json_of, select_keywords, to_plain_values
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ class Bake(Mapping[str, "np.ndarray"]):
         self._core = core
         # options that decide how the bake's normals are decoded
         self._keywords = dict(keywords or {})
-        # parts of file names before and after the map's name, for texture sets
+        # the text before and after the map's name in file names of texture sets
         self._endings: tuple[str, str] = "", ""
         self.report = Report(core.report)
 
@@ -358,7 +358,7 @@ def bake_request(
     names = [maps] if isinstance(maps, str) else list(maps)
     if not names:
         raise Error("maps: the list is empty.", "option-type", "usage", "maps")
-    options = json_of({**checked({"size": size, "maps": names, "match": match, **keywords}), **more})
+    options = json_of({**select_keywords({"size": size, "maps": names, "match": match, **keywords}), **more})
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     return BakeRequest(low_mesh, options, cage, others, "high" in named, "low" in named, _textures_of(textures))
@@ -423,14 +423,14 @@ def bake(
     made = Bake(core, keywords)
     if made.report.plan:
         if not made.report.plan["reached"] and max_error is not None:
-            warn_not_reached(made.report.plan)
+            warn_about_missed_bound(made.report.plan)
         return made
     # Only weak references are kept, so that the source may be closed or temporary without keeping device memory.
     origin, mesh, opened = weakref.ref(source), source.mesh, source._device
     again: dict[str, Any] = {**keywords, "report_error": True}
     names = [maps] if isinstance(maps, str) else list(maps)
     named = [name for name, darkens in (("high", given.by_high), ("low", given.by_low)) if darkens]
-    # keeps only the names: a reference cycle would keep the bake's memory until the next garbage collection
+    # This copies only the names: a reference cycle would keep the bake's memory until the next garbage collection
     baked = tuple(made)
 
     def measure_map(name: str) -> Mapping[str, MapError]:
@@ -474,7 +474,7 @@ def error_bound(max_error: str | float) -> str:
     return ",".join(part.strip().removesuffix("deg").strip() for part in max_error.split(","))
 
 
-def warn_not_reached(chosen: Mapping[str, Any]) -> None:
+def warn_about_missed_bound(chosen: Mapping[str, Any]) -> None:
     import warnings
 
     text = f"Rendered normals deviate by {chosen['degrees']:.3g} degrees, but {chosen['wanted']:.3g} were requested."
@@ -569,7 +569,7 @@ def match(
     >>> found.face.shape, found.position.shape, found.barycentrics.shape
     ((16, 16), (16, 16, 3), (16, 16, 3))
     """
-    options = json_of(checked({"size": size, "match": match, **keywords}))
+    options = json_of(select_keywords({"size": size, "match": match, **keywords}))
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     report = callback_of(progress)

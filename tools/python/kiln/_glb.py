@@ -13,10 +13,10 @@ from ._bake import Bake, error_bound
 from ._core import Mesh
 from ._errors import Error, count_of, device_of, path_of, suppress_warning, unknown_keyword
 from ._meshes import as_mesh, scene_data
-from ._options import checked, json_of, to_plain_values
+from ._options import json_of, select_keywords, to_plain_values
 from ._plan import screen_of
 from ._progress import callback_of
-from ._surface import cleaned
+from ._surface import clean_with_progress
 
 if TYPE_CHECKING:
     import numpy as np
@@ -417,7 +417,7 @@ def to_glb(
     if faces is not None and hasattr(faces, "__index__") and not getattr(faces, "ndim", 0):
         text = f"faces: {faces!r}: these are triangles, (F, 3). Their number in the GLB is faces_target."
         raise Error(text, "array-type", "usage", "faces", repr(faces), "", [("faces_target", repr(faces))])
-    options: dict[str, Any] = checked(keywords, "to_glb", inspect.signature(to_glb).parameters)
+    options: dict[str, Any] = select_keywords(keywords, "to_glb", inspect.signature(to_glb).parameters)
     if "size" in options:
         raise unknown_keyword("size", "to_glb", ["texture_size"], None)
     device_name = device_of(device)
@@ -461,7 +461,7 @@ def to_glb(
         mesh = high
         if repairs != (1e-5, True, True, True, True):
             shows_inside = "opacity" in (wanted or ()) or (wanted is None and _core.is_transparent(high))
-            mesh = cleaned(high, *repairs[:4], drop_hidden and not shows_inside, _part(report, 0, 0.02))
+            mesh = clean_with_progress(high, *repairs[:4], drop_hidden and not shows_inside, _part(report, 0, 0.02))
             options["clean"] = "none"
     options["out"] = _name_of(path, mesh, options.get("high"))
     if name is not None:
@@ -524,7 +524,7 @@ def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray]
     files, strength, _ = _core.asset_maps(baked._core, list(SLOTS), "gutter" not in baked._keywords)
     if "normal" in left_out and "normals" not in baked:
         files.pop("normal", None)
-    # The slot uses the first of the file's channels.
+    # A slot uses only the first channels of its file.
     return {name: file[:, :, : SLOTS[name]].copy() for name, file in files.items()}, strength
 
 

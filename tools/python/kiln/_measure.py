@@ -9,7 +9,7 @@ from . import _core
 from ._bake import Bake
 from ._errors import Error, device_of, warn
 from ._meshes import as_high, as_mesh
-from ._progress import callback_of, done
+from ._progress import callback_of, report_completion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -124,7 +124,7 @@ def render(
         device_of(device),
         report,
     )
-    return done(report, picture)
+    return report_completion(report, picture)
 
 
 def measure(
@@ -175,4 +175,4 @@ def measure(
             report,
         )
     )
-    return done(report, figures)
+    return report_completion(report, figures)

@@ -24,7 +24,7 @@ def options() -> dict[str, str]:
     return {name: text for name, is_flag, text in _core.keywords()}
 
 
-def checked(given: Mapping[str, Any], function: str = "bake", own: Iterable[str] = ()) -> dict[str, Any]:
+def select_keywords(given: Mapping[str, Any], function: str = "bake", own: Iterable[str] = ()) -> dict[str, Any]:
     """Returns the keywords that have a value. Raises TypeError for unknown ones.
 
     function, own  whose keywords they are, and its own parameters: for messages

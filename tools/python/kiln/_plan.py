@@ -9,7 +9,7 @@ from . import _core
 from ._bake import Bake, _source_of, error_bound
 from ._core import Mesh
 from ._errors import KilnWarning, count_of
-from ._options import checked, json_of
+from ._options import json_of, select_keywords
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def plan(
     Warns if the error is not reached. Returns a kiln.Plan.
     """
     names = [maps] if isinstance(maps, str) else list(maps)
-    options = checked({"size": size, "maps": names, **keywords})
+    options = select_keywords({"size": size, "maps": names, **keywords})
     options |= {"max_error": error_bound(max_error), "screen": screen_of(screen), "max_outline": max_outline}
     report = callback_of(progress)
     mesh, core, chosen = _core.plan(_source_of(high, device, report, high_normals)._core, json_of(options), report)

@@ -25,7 +25,7 @@ def callback_of(progress: Any) -> Callable[[float, str], object] | None:
     return move
 
 
-def done(report: Callable[[float, str], object] | None, made: Result) -> Result:
+def report_completion(report: Callable[[float, str], object] | None, made: Result) -> Result:
     """Reports completion to the callback, since some library calls do not, and returns the result."""
     if report is not None:
         report(1.0, "done")

@@ -10,7 +10,7 @@ from ._bake import Bake, _source_of, bake_request
 from ._core import Match, Mesh
 from ._errors import Error, count_of, device_of
 from ._meshes import as_high, as_mesh
-from ._options import checked, json_of
+from ._options import json_of, select_keywords
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -185,7 +185,7 @@ class ViewSession:
         no_view_refine: bool = False,
         device: str | int = "",
     ) -> None:
-        options = checked(
+        options = select_keywords(
             {
                 "size": size,
                 "match": "views",

@@ -9,7 +9,7 @@ from . import _core
 from ._core import Mesh
 from ._errors import Error, count_of
 from ._meshes import as_high, as_mesh
-from ._progress import callback_of, done
+from ._progress import callback_of, report_completion
 
 
 def simplify(
@@ -46,7 +46,7 @@ def simplify(
     high = as_high(mesh if faces is None else (mesh, faces), high_normals, "mesh")
     count = 0 if target is None else count_of(target, "target", 1, 2**31)
     report = callback_of(progress)
-    return done(report, _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, report))
+    return report_completion(report, _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, report))
 
 
 def clean(
@@ -83,10 +83,10 @@ def clean(
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
     report = callback_of(progress)
-    return done(report, cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, report))
+    return report_completion(report, clean_with_progress(high, weld, orient, fill_holes, drop_floaters, drop_hidden, report))
 
 
-def cleaned(
+def clean_with_progress(
     high: Mesh,
     weld: float,
     orient: bool,
@@ -143,4 +143,4 @@ def unwrap(
     size = count_of(size, "size", 16, 65536)
     border = None if border is None else count_of(border, "border", 1, size // 4)
     report = callback_of(progress)
-    return done(report, _core.unwrap(low, size, method, border, detail, report))
+    return report_completion(report, _core.unwrap(low, size, method, border, detail, report))

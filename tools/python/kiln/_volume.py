@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from . import _core
 from ._core import Mesh
 from ._errors import Error, device_of, path_of
-from ._progress import callback_of, done
+from ._progress import callback_of, report_completion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,7 +96,7 @@ def contour(
     """
     made = _voxels_of(voxels, spacing, origin)
     report = callback_of(progress)
-    return done(report, _core.contour(made, iso, inside, border, outer, device_of(device), report))
+    return report_completion(report, _core.contour(made, iso, inside, border, outer, device_of(device), report))
 
 
 def volume(
@@ -130,4 +130,4 @@ def volume(
     mesh, normal = _core.extract(
         made, iso, inside, border, outer, faces, error, size, unwrap, flip_y, device_of(device), report
     )
-    return done(report, VolumeBake(mesh, normal))
+    return report_completion(report, VolumeBake(mesh, normal))
