@@ -99,16 +99,17 @@ std::string describe_pictures(const std::vector<TrialPicture>& pictures) {
 void apply_picture_fit(const PictureFit& fit, AssetParts& asset) {
   FittedPictures& fitted = *asset.fitted;
   std::vector<AssetPictures> sets = fitted.unencoded_pictures;
-  for (std::size_t i = 0; i < fitted.ladders.size(); ++i) {
-    const PictureLadder& ladder = fitted.ladders[i];
+  for (std::size_t i = 0; i < fitted.encodings_by_picture.size(); ++i) {
+    const PictureEncodings& picture_encodings = fitted.encodings_by_picture[i];
     AssetPictures& set_pictures = sets[fitted.sets[i]];
-    file_of(set_pictures, ladder.picture) = ladder.choices[fit.choices[i]].data;
+    file_of(set_pictures, picture_encodings.picture) =
+        picture_encodings.choices[fit.choices[i]].data;
   }
   asset.pictures.clear();
   for (AssetPictures& set : sets) {
     asset.pictures.push_back(std::make_shared<const AssetPictures>(std::move(set)));
   }
-  fitted.pictures = trial_pictures(fitted.ladders, fit);
+  fitted.pictures = trial_pictures(fitted.encodings_by_picture, fit);
   fitted.error = fit.error;
 }
 
@@ -187,16 +188,16 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
   if (planned != nullptr && planned->byte_plan_result)
     picture_coarseness = planned->byte_plan_result->picture_errors;
   const double weight = surface_share(scene, fitted);
-  for (PictureLadder& ladder : picture_ladders(maps, options)) {
-    ladder.weight = weight;
+  for (PictureEncodings& picture_encodings : encode_pictures(maps, options)) {
+    picture_encodings.weight = weight;
     for (const auto& [picture, steps] : picture_coarseness) {
-      if (picture != ladder.picture) continue;
+      if (picture != picture_encodings.picture) continue;
       // The resolution error of the bake and the encoding error are independent, so their squares add.
-      for (PictureChoice& choice : ladder.choices) {
+      for (PictureChoice& choice : picture_encodings.choices) {
         choice.error.steps = std::hypot(choice.error.steps, steps);
       }
     }
-    fitted.ladders.push_back(std::move(ladder));
+    fitted.encodings_by_picture.push_back(std::move(picture_encodings));
     fitted.sets.push_back(fitted.unencoded_pictures.size());
   }
   fitted.unencoded_pictures.push_back(described_pictures(maps));
@@ -207,7 +208,8 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
                   AssetParts& asset) {
   const std::uint64_t max_bytes = job.max_bytes;
   FittedPictures& fitted = *asset.fitted;
-  const PictureFit smallest = *least_error(fitted.ladders, least_bytes(fitted.ladders));
+  const PictureFit smallest =
+      *least_error(fitted.encodings_by_picture, least_bytes(fitted.encodings_by_picture));
   apply_picture_fit(smallest, asset);
   fitted.bytes = file_bytes();
   if (fitted.bytes > max_bytes) {
@@ -222,7 +224,7 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
   // The JSON of a GLB states the lengths of its pictures, so the file may exceed the limit by a few digits. The loop
   // retries with fewer bytes for pictures.
   for (std::uint64_t remaining_bytes = max_bytes - std::min(max_bytes, other_bytes);;) {
-    const std::optional<PictureFit> fit = least_error(fitted.ladders, remaining_bytes);
+    const std::optional<PictureFit> fit = least_error(fitted.encodings_by_picture, remaining_bytes);
     apply_picture_fit(fit ? *fit : smallest, asset);
     fitted.bytes = file_bytes();
     if (!fit || fitted.bytes <= max_bytes) return;

@@ -173,16 +173,18 @@ struct HighPolyView;
 
 /// The encoding of a GLB's pictures within Job::max_bytes: the candidates and the choice.
 struct FittedPictures {
-  std::vector<PictureLadder>
-      ladders;  ///< Per picture of each set: its encodings of all sizes and qualities
-  std::vector<std::size_t> sets;  ///< Per element of `ladders`: the index of its texture set
+  std::vector<PictureEncodings>
+      encodings_by_picture;  ///< Per picture of each set: its encodings of all sizes and qualities
+  std::vector<std::size_t>
+      sets;  ///< Per element of `encodings_by_picture`: the index of its texture set
   std::vector<AssetPictures> unencoded_pictures;  ///< Pictures of each set, without their data
   std::optional<double> surface;  ///< Surface area of LOW; computed when a set needs it
   /// Views of the high poly, to measure errors of rendered normals
   std::shared_ptr<const HighPolyView> high_views;
-  std::vector<TrialPicture> pictures;  ///< For each element of `ladders`: the chosen encoding
-  std::uint64_t bytes = 0;             ///< Size of the GLB
-  double error = 0;                    ///< Error of the chosen pictures, in steps of 1/255
+  std::vector<TrialPicture>
+      pictures;             ///< For each element of `encodings_by_picture`: the chosen encoding
+  std::uint64_t bytes = 0;  ///< Size of the GLB
+  double error = 0;         ///< Error of the chosen pictures, in steps of 1/255
 };
 
 /// Parts of an asset, collected from its texture sets.

@@ -39,7 +39,7 @@ struct PieceBuilder {
       return;
     }
     if (in_prism(uvs[0]) && in_prism(uvs[1]) && in_prism(uvs[2])) {
-      FixedTriangle fixed_triangle;
+      FixedPointTriangle fixed_triangle;
       for (std::size_t k = 0; k < 3; ++k) {
         fixed_triangle.x[k] = grid.fixed_x(uvs[k].x);
         fixed_triangle.y[k] = grid.fixed_y(uvs[k].y);
@@ -56,7 +56,7 @@ struct PieceBuilder {
     const std::vector<ClipVertex> polygon = clip_to_prism(uvs);
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
-      FixedTriangle fixed_triangle;
+      FixedPointTriangle fixed_triangle;
       kiln_uv_clip clip{};
       for (std::size_t k = 0; k < 3; ++k) {
         fixed_triangle.x[k] = grid.fixed_x(fan[k].u);
@@ -70,7 +70,7 @@ struct PieceBuilder {
     }
   }
 
-  void add_piece(const FixedTriangle& fixed, std::uint32_t t, std::uint32_t clip) {
+  void add_piece(const FixedPointTriangle& fixed, std::uint32_t t, std::uint32_t clip) {
     if (grid.misses_square(fixed)) return;
     kiln_uv_piece uv_piece{};
     std::copy(fixed.x.begin(), fixed.x.end(), uv_piece.x);

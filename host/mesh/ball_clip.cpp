@@ -84,26 +84,28 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   double least_side = HUGE_VAL, least_margin = HUGE_VAL;
   const auto clip_edge = [&](const Point& p, const Point& q) KILN_INLINE_LAMBDA {
     const Point edge_vector = q - p;
-    const double whole = dot_of(edge_vector, edge_vector), half = dot_of(p, edge_vector),
-                 start = dot_of(p, p);
-    const double root = half * half - whole * (start - squared_radius);
+    const double squared_length = dot_of(edge_vector, edge_vector),
+                 start_dot_edge = dot_of(p, edge_vector), squared_start = dot_of(p, p);
+    const double root =
+        start_dot_edge * start_dot_edge - squared_length * (squared_start - squared_radius);
     // Above 0 if the line through the edge meets the ball
-    const double squared_half_chord = lesser(root, whole);
+    const double squared_half_chord = lesser(root, squared_length);
     const double reach = std::sqrt(squared_half_chord > 0 ? root : 0),
-                 scale = 1 / (whole > 0 ? whole : 1);
-    const double begin = squared_half_chord > 0 ? greater(0, (-half - reach) * scale) : 1;
-    const double end = squared_half_chord > 0 ? lesser(1, (-half + reach) * scale) : 0;
+                 scale = 1 / (squared_length > 0 ? squared_length : 1);
+    const double begin = squared_half_chord > 0 ? greater(0, (-start_dot_edge - reach) * scale) : 1;
+    const double end = squared_half_chord > 0 ? lesser(1, (-start_dot_edge + reach) * scale) : 0;
     const double length = end - begin;  // Above 0 if a part of the edge lies in the ball
     const double share = length > 0 ? length : 0;
     // Dot and cross products of the end points of the edge's part in the ball, relative to the circle's centre.
-    const double in_plane = start - plane_distance * plane_distance,
+    const double in_plane = squared_start - plane_distance * plane_distance,
                  side = dot_of(normal, cross_of(p, edge_vector));
     least_side = lesser(least_side, side);
-    least_margin = lesser(least_margin, side * side - 0.81 * squared_circle_radius * whole);
+    least_margin =
+        lesser(least_margin, side * side - 0.81 * squared_circle_radius * squared_length);
     triangles += side * share;
     const double before = length > 0 ? begin : 1, after = length > 0 ? 1 - end : 0;
-    turn(before, in_plane + before * half, side * before);
-    turn(after, in_plane + (1 + end) * half + end * whole, side * after);
+    turn(before, in_plane + before * start_dot_edge, side * before);
+    turn(after, in_plane + (1 + end) * start_dot_edge + end * squared_length, side * after);
     return share;
   };
   BallClip result;

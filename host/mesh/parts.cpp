@@ -130,8 +130,9 @@ class PartNamer {
     }
     std::optional<std::size_t> first(const std::string& name) const {
       std::optional<std::size_t> pair;
-      if (const auto whole = pair_of_plain_name_.find(name); whole != pair_of_plain_name_.end())
-        pair = whole->second;
+      if (const auto exact_match = pair_of_plain_name_.find(name);
+          exact_match != pair_of_plain_name_.end())
+        pair = exact_match->second;
       std::unordered_set<const Patterns*> tried_patterns;
       for (const auto& [sizes, by_key] : patterns_) {
         const auto& [head, tail, longest_middle] = sizes;

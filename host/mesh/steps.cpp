@@ -285,11 +285,11 @@ std::string coarse_steps(const Mesh& mesh, const Frame& frame) {
     }
     return coarsest_step;
   };
-  const SteppedMesh whole{
+  const SteppedMesh rounded_mesh{
       mesh.triangles, [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
       [&](std::uint32_t v) { return own_position(v) + origin; }, step};
-  const std::string coarse_step = coarse_steps(whole, "rounded");
-  return coarse_step.empty() ? describe_stretched_box(whole) : coarse_step;
+  const std::string coarse_step = coarse_steps(rounded_mesh, "rounded");
+  return coarse_step.empty() ? describe_stretched_box(rounded_mesh) : coarse_step;
 }
 
 }  // namespace kiln

@@ -51,12 +51,12 @@ SampleRange samples_within(std::int64_t low, std::int64_t high, std::uint32_t sh
   return {std::max<std::int64_t>(first, 0), std::min<std::int64_t>(last, std::int64_t{count} - 1)};
 }
 
-SampleRange rows_of(const FixedTriangle& triangle, std::uint32_t shift, std::uint32_t count) {
+SampleRange rows_of(const FixedPointTriangle& triangle, std::uint32_t shift, std::uint32_t count) {
   const auto [low, high] = std::minmax_element(triangle.y.begin(), triangle.y.end());
   return samples_within(*low, *high, shift, count);
 }
 
-std::int64_t doubled_area(const FixedTriangle& f) {
+std::int64_t doubled_area(const FixedPointTriangle& f) {
   return (std::int64_t{f.x[1]} - f.x[0]) * (std::int64_t{f.y[2]} - f.y[0]) -
          (std::int64_t{f.y[1]} - f.y[0]) * (std::int64_t{f.x[2]} - f.x[0]);
 }
@@ -78,7 +78,7 @@ std::int32_t UvGrid::fixed_y(double v) const {
       unit - static_cast<std::int64_t>(std::nearbyint(v * static_cast<double>(unit))));
 }
 
-bool UvGrid::beyond_square(const FixedTriangle& f) const {
+bool UvGrid::beyond_square(const FixedPointTriangle& f) const {
   const std::int64_t right_edge = std::int64_t{sample_width} << shift;
   const std::int64_t bottom_edge = std::int64_t{sample_height} << shift;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -87,7 +87,7 @@ bool UvGrid::beyond_square(const FixedTriangle& f) const {
   return false;
 }
 
-bool UvGrid::misses_square(const FixedTriangle& f) const {
+bool UvGrid::misses_square(const FixedPointTriangle& f) const {
   const std::int64_t right_edge = std::int64_t{sample_width} << shift;
   const std::int64_t bottom_edge = std::int64_t{sample_height} << shift;
   const auto [x_low, x_high] = std::minmax_element(f.x.begin(), f.x.end());

@@ -13,13 +13,13 @@ namespace kiln {
 inline bool is_finite(const Vec2& uv) { return std::isfinite(uv.x) && std::isfinite(uv.y); }
 
 /// Corners of a UV triangle in fixed point: x = u * width * N * 2^shift to the right; y points down from v = 1.
-struct FixedTriangle {
+struct FixedPointTriangle {
   std::array<std::int32_t, 3> x;
   std::array<std::int32_t, 3> y;
 };
 
 /// Twice the signed area, in squared fixed-point units. The result is exact.
-std::int64_t doubled_area(const FixedTriangle& triangle);
+std::int64_t doubled_area(const FixedPointTriangle& triangle);
 
 /// A range of samples in a row or column; empty if last < first.
 struct SampleRange {
@@ -31,7 +31,7 @@ SampleRange samples_within(std::int64_t low, std::int64_t high, std::uint32_t sh
                            std::uint32_t count);
 
 /// The rows of samples whose centres a triangle may contain.
-SampleRange rows_of(const FixedTriangle& triangle, std::uint32_t shift, std::uint32_t count);
+SampleRange rows_of(const FixedPointTriangle& triangle, std::uint32_t shift, std::uint32_t count);
 
 /// The sample grid of a map, and its resolution in fixed-point units.
 struct UvGrid {
@@ -45,9 +45,9 @@ struct UvGrid {
   std::int32_t fixed_x(double u) const;
   std::int32_t fixed_y(double v) const;
   /// True if the triangle extends beyond the unit square
-  bool beyond_square(const FixedTriangle& f) const;
+  bool beyond_square(const FixedPointTriangle& f) const;
   /// True if the triangle has no area within the unit square
-  bool misses_square(const FixedTriangle& f) const;
+  bool misses_square(const FixedPointTriangle& f) const;
 };
 
 /// A corner of a clipped polygon, with its barycentric coordinates in the triangle.

@@ -101,7 +101,7 @@ class BytePlanner {
     UnwrapReport unwrapped;
     BakeOptions bake;
     std::optional<BakeResult> result;  ///< The baked maps; nullopt until all maps were baked
-    std::vector<PictureLadder> ladders;
+    std::vector<PictureEncodings> encodings_by_picture;
     double bytes_per_face = 0;
     LevelErrors errors;
     NormalError normals;  ///< Error of the largest normal map, in rendered pictures
@@ -251,11 +251,12 @@ class BytePlanner {
       const NormalError error = probe.with_map(picture, bake);
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
-    low_poly.ladders = picture_ladders(pictures, fit);
-    for (PictureLadder& ladder : low_poly.ladders) add_intermediate_qualities(ladder);
+    low_poly.encodings_by_picture = encode_pictures(pictures, fit);
+    for (PictureEncodings& picture_encodings : low_poly.encodings_by_picture)
+      add_intermediate_qualities(picture_encodings);
     // The data is freed here, since a plan only compares bytes and errors; the job encodes the chosen pictures again.
-    for (PictureLadder& ladder : low_poly.ladders) {
-      for (PictureChoice& choice : ladder.choices) choice.data = {};
+    for (PictureEncodings& picture_encodings : low_poly.encodings_by_picture) {
+      for (PictureChoice& choice : picture_encodings.choices) choice.data = {};
     }
     low_poly.errors = evaluator_.mapped_errors(probe);
     low_poly.trial.baked = size;
@@ -264,8 +265,9 @@ class BytePlanner {
     result_.plan.seconds_measure += watch.total();
     if (all_maps) {
       low_poly.result = std::move(result);
-      other_ladders_.assign(low_poly.ladders.begin() + 1, low_poly.ladders.end());
-      other_ladders_size_ = size;
+      other_encodings_.assign(low_poly.encodings_by_picture.begin() + 1,
+                              low_poly.encodings_by_picture.end());
+      other_encodings_size_ = size;
     }
     // These colours only serve to count bytes; finish() transfers the real colours to the chosen
     // low poly.
@@ -277,21 +279,21 @@ class BytePlanner {
     low_poly.bytes_per_face =
         (static_cast<double>(low_poly.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) /
         faces;
-    // Only the encodings of the normal map are stored here; other_ladders_ stores those of the
+    // Only the encodings of the normal map are stored here; other_encodings_ stores those of the
     // other pictures.
-    low_poly.ladders.resize(1);
-    std::vector<PictureLadder> all_ladders = low_poly.ladders;
-    const std::vector<PictureLadder> other_ladders = limit_other_ladders(size);
-    all_ladders.insert(all_ladders.end(), other_ladders.begin(), other_ladders.end());
+    low_poly.encodings_by_picture.resize(1);
+    std::vector<PictureEncodings> all_encodings = low_poly.encodings_by_picture;
+    const std::vector<PictureEncodings> other_encodings = limit_other_encodings(size);
+    all_encodings.insert(all_encodings.end(), other_encodings.begin(), other_encodings.end());
     low_poly.trial.faces = low_poly.low.triangles.size();
     low_poly.trial.expected = expected;
-    choose(all_ladders, low_poly.trial);
+    choose(all_encodings, low_poly.trial);
   }
 
   /// Makes predictions follow a low poly's measured errors.
   void calibrate_with(const BuiltLowPoly& low_poly) {
     evaluator_.record_measured(low_poly.level, /*mapped=*/true, low_poly.errors);
-    const PictureLadder& normals = low_poly.ladders.front();
+    const PictureEncodings& normals = low_poly.encodings_by_picture.front();
     for (std::size_t i = 0; i < normals.levels.size(); ++i) {
       model_.add_measurement(evaluator_.faces(low_poly.level), low_poly.errors,
                              low_poly.trial.baked >> i, normals.levels[i].degrees, i == 0);
@@ -300,30 +302,30 @@ class BytePlanner {
 
   /// Encodings of all pictures except normals, without those whose shorter side is above `size`. If none remains of a
   /// picture, it keeps the one of the fewest bytes.
-  std::vector<PictureLadder> limit_other_ladders(std::uint32_t size) const {
-    std::vector<PictureLadder> list = other_ladders_;
-    for (PictureLadder& ladder : list) {
-      const PictureChoice smallest_choice = ladder.choices.front();
-      std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+  std::vector<PictureEncodings> limit_other_encodings(std::uint32_t size) const {
+    std::vector<PictureEncodings> list = other_encodings_;
+    for (PictureEncodings& picture_encodings : list) {
+      const PictureChoice smallest_choice = picture_encodings.choices.front();
+      std::erase_if(picture_encodings.choices, [&](const PictureChoice& choice) {
         return std::min(choice.width, choice.height) > size;
       });
-      if (ladder.choices.empty()) ladder.choices.push_back(smallest_choice);
+      if (picture_encodings.choices.empty()) picture_encodings.choices.push_back(smallest_choice);
     }
     return list;
   }
 
-  void choose(const std::vector<PictureLadder>& ladders, ByteTrial& trial) const {
+  void choose(const std::vector<PictureEncodings>& encodings_by_picture, ByteTrial& trial) const {
     const std::uint64_t remaining_bytes =
         options_.max_bytes - std::min(options_.max_bytes, trial.mesh_bytes);
-    const std::optional<PictureFit> fit = least_error(ladders, remaining_bytes);
+    const std::optional<PictureFit> fit = least_error(encodings_by_picture, remaining_bytes);
     trial.fits = fit.has_value() && trial.mesh_bytes < options_.max_bytes;
     if (!trial.fits) {
-      trial.bytes = trial.mesh_bytes + least_bytes(ladders);
+      trial.bytes = trial.mesh_bytes + least_bytes(encodings_by_picture);
       return;
     }
     trial.bytes = trial.mesh_bytes + fit->bytes;
     trial.error = fit->error;
-    trial.pictures = trial_pictures(ladders, *fit);
+    trial.pictures = trial_pictures(encodings_by_picture, *fit);
     trial.degrees = trial.pictures.front().error.degrees;
   }
 
@@ -332,18 +334,19 @@ class BytePlanner {
     const BuiltLowPoly& nearest_low_poly = nearest(level);
     const LevelErrors errors = evaluator_.at(level, /*mapped=*/true);
     const double faces = evaluator_.faces(level);
-    std::vector<PictureLadder> ladders = {nearest_low_poly.ladders.front()};
-    const PictureLadder& measured_ladder = nearest_low_poly.ladders.front();
+    std::vector<PictureEncodings> encodings_by_picture = {
+        nearest_low_poly.encodings_by_picture.front()};
+    const PictureEncodings& measured_encodings = nearest_low_poly.encodings_by_picture.front();
     const double steps_per_degree =
-        measured_ladder.levels.front().degrees > 0
-            ? measured_ladder.levels.front().steps / measured_ladder.levels.front().degrees
+        measured_encodings.levels.front().degrees > 0
+            ? measured_encodings.levels.front().steps / measured_encodings.levels.front().degrees
             : 0;
     const double face_ratio = faces / static_cast<double>(nearest_low_poly.trial.faces);
     const double detail_ratio = std::pow(face_ratio, -Settings::kDetailExponent);
-    for (PictureChoice& choice : ladders.front().choices) {
+    for (PictureChoice& choice : encodings_by_picture.front().choices) {
       const double unencoded_degrees =
           model_.expected(faces, errors, nearest_low_poly.trial.baked >> choice.level);
-      const double level_degrees = measured_ladder.levels[choice.level].degrees;
+      const double level_degrees = measured_encodings.levels[choice.level].degrees;
       const double choice_degrees = choice.error.degrees;
       // The loss by encoding is independent of the error of the mesh and its texels, so the squares of the two errors
       // add up.
@@ -354,12 +357,14 @@ class BytePlanner {
       choice.error.degrees = std::sqrt(unencoded_degrees * unencoded_degrees + encoding_loss);
       choice.error.steps = steps_per_degree * choice.error.degrees;
     }
-    const std::vector<PictureLadder> other_ladders = limit_other_ladders(other_ladders_size_);
-    ladders.insert(ladders.end(), other_ladders.begin(), other_ladders.end());
+    const std::vector<PictureEncodings> other_encodings =
+        limit_other_encodings(other_encodings_size_);
+    encodings_by_picture.insert(encodings_by_picture.end(), other_encodings.begin(),
+                                other_encodings.end());
     // The predicted error may rise although the bytes of a choice grow
-    for (PictureLadder& ladder : ladders) {
+    for (PictureEncodings& picture_encodings : encodings_by_picture) {
       double min_steps = HUGE_VAL;
-      std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+      std::erase_if(picture_encodings.choices, [&](const PictureChoice& choice) {
         if (choice.error.steps >= min_steps) return true;
         min_steps = choice.error.steps;
         return false;
@@ -369,7 +374,7 @@ class BytePlanner {
     const double bytes_per_face = std::max(0.0, nearest_low_poly.bytes_per_face) *
                                   std::pow(face_ratio, -Settings::kSeamExponent);
     trial.mesh_bytes = fixed_bytes_ + static_cast<std::uint64_t>(bytes_per_face * faces);
-    choose(ladders, trial);
+    choose(encodings_by_picture, trial);
     if (!trial.fits) return {level, oversize_rank(trial.bytes)};
     const bool has_lost_surface = errors.silhouette_mismatch > max_mismatch_;
     return {level, trial.error + (has_lost_surface ? Settings::kLostSurfacePenalty : 0)};
@@ -444,10 +449,11 @@ class BytePlanner {
       best_low_poly.result = bake_all(best_low_poly.low, bake);
       best_low_poly.bake.match.max_distance = bake.match.max_distance;
     }
-    for (const PictureLadder& ladder : other_ladders_) {
-      for (std::size_t level = 0; level < ladder.levels.size(); ++level) {
-        if (other_ladders_size_ >> level != best_low_poly.trial.baked) continue;
-        result_.picture_errors.emplace_back(ladder.picture, ladder.levels[level].steps);
+    for (const PictureEncodings& picture_encodings : other_encodings_) {
+      for (std::size_t level = 0; level < picture_encodings.levels.size(); ++level) {
+        if (other_encodings_size_ >> level != best_low_poly.trial.baked) continue;
+        result_.picture_errors.emplace_back(picture_encodings.picture,
+                                            picture_encodings.levels[level].steps);
       }
     }
     plan.result = std::move(best_low_poly.result);
@@ -492,21 +498,22 @@ class BytePlanner {
   bool has_smooth_normals_ = false;        ///< See choose_normals()
   std::vector<ByteTrial> dropped_trials_;  ///< Trials of low polys that choose_normals() dropped
   /// Encodings of all pictures except normals, from the first bake of all maps
-  std::vector<PictureLadder> other_ladders_;
-  std::uint32_t other_ladders_size_ = 0;
+  std::vector<PictureEncodings> other_encodings_;
+  std::uint32_t other_encodings_size_ = 0;
   std::uint64_t fixed_bytes_ = 0;  ///< Bytes of the file that do not depend on the mesh
 };
 
 }  // namespace
 
-std::vector<TrialPicture> trial_pictures(std::span<const PictureLadder> ladders,
+std::vector<TrialPicture> trial_pictures(std::span<const PictureEncodings> encodings_by_picture,
                                          const PictureFit& fit) {
   std::vector<TrialPicture> list;
-  for (std::size_t i = 0; i < ladders.size(); ++i) {
-    const PictureChoice& choice = ladders[i].choices[fit.choices[i]];
+  for (std::size_t i = 0; i < encodings_by_picture.size(); ++i) {
+    const PictureChoice& choice = encodings_by_picture[i].choices[fit.choices[i]];
     const bool is_lossy = choice.encoding.is_lossy();
-    list.push_back({ladders[i].picture, choice.width, choice.height, choice.encoding.format,
-                    is_lossy ? choice.encoding.quality : 0, choice.bytes, choice.error});
+    list.push_back({encodings_by_picture[i].picture, choice.width, choice.height,
+                    choice.encoding.format, is_lossy ? choice.encoding.quality : 0, choice.bytes,
+                    choice.error});
   }
   return list;
 }

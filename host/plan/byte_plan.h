@@ -64,7 +64,7 @@ struct BytePlan {
 };
 
 /// Lists a fit's choice for each picture, for reports.
-std::vector<TrialPicture> trial_pictures(std::span<const PictureLadder> ladders,
+std::vector<TrialPicture> trial_pictures(std::span<const PictureEncodings> encodings_by_picture,
                                          const PictureFit& fit);
 
 /// Plans faces, sizes and encodings together. For a given mesh, least_error() computes the best sizes and encodings

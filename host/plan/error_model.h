@@ -15,7 +15,8 @@ struct LevelErrors {
   double without_map = 0;  ///< Error of the mesh's own normals
   /// Error with a map of infinite resolution, called the limit f in README.md
   double infinite_map = 0;
-  double silhouette_mismatch = 0;  ///< Copy of NormalError::one_sided_share
+  double silhouette_mismatch =
+      0;  ///< Share of the pixels that only one of the meshes covers; see NormalError::one_sided_share
 };
 
 /// The error of a mesh with a map whose side has s texels: e(s) = infinite_map + d / (1 + d h(s)), where d =

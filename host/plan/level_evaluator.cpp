@@ -216,8 +216,8 @@ bool LevelEvaluator::choose_match(std::size_t level) {
       nodes_[1].clear();
       measured_levels_[1].clear();
     }
-    // The other matches are skipped if no match can reduce the first one's error to kMaxErrorRatioOfBetterMatch times
-    // its value. On meshes with hard edges, this is usually so.
+    // Skips the other matches if none of them can reduce the first one's error to kMaxErrorRatioOfBetterMatch times its
+    // value. On meshes with hard edges, usually none can.
     if (method == first_method &&
         probe.min_error_share(infinite_map) >= kMaxErrorRatioOfBetterMatch)
       break;

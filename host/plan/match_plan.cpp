@@ -114,7 +114,7 @@ class MatchPlanner {
 
   PlannedBake plan_methods(bool by_uvs) {
     methods_ = searching_methods();
-    if (by_uvs) methods_.insert(methods_.begin(), by_uv_);
+    if (by_uvs) methods_.insert(methods_.begin(), uv_method_);
     // The first bake comes before the reference pictures, because it throws LayoutMismatch.
     UnmeasuredBake baked = bake_at(methods_.front(), std::min(kMinMapSize, largest_size()));
     make_probe(uses_views(methods_[by_uvs ? 1 : 0]) || (by_uvs && target_error_ > 0));
@@ -208,7 +208,7 @@ class MatchPlanner {
   bool is_better_match(MatchMethod method, double error, MatchMethod other,
                        double other_error) const {
     const bool misses_more =
-        other == by_uv_ && limit_of(method).missed > limit_of(other).missed + kMaxMissedShare;
+        other == uv_method_ && limit_of(method).missed > limit_of(other).missed + kMaxMissedShare;
     return !misses_more && error < kMaxErrorRatioOfBetterMatch * other_error;
   }
 
@@ -318,14 +318,14 @@ class MatchPlanner {
       baked.result = bake_drawn(impl_of(source_), low_, baked.options,
                                 stores_tangent_normals ? nullptr : &baked.normals_image);
     } catch (const Error& error) {
-      if (method == by_uv_ && error.code() == ErrorCode::input) throw LayoutMismatch();
+      if (method == uv_method_ && error.code() == ErrorCode::input) throw LayoutMismatch();
       throw;
     }
     trial.seconds = watch.total();
     const BakeReport& report = baked.result.report;
     trial.missed = report.samples == 0 ? 1 : static_cast<double>(report.missed) / report.samples;
     if (report.recall) trial.lost = report.recall->lost;
-    if (method == by_uv_ && has_no_points(report)) throw LayoutMismatch();
+    if (method == uv_method_ && has_no_points(report)) throw LayoutMismatch();
     return baked;
   }
 
@@ -400,7 +400,7 @@ class MatchPlanner {
   const Mesh& low_;
   const PlanOptions& options_;
   const double target_error_;
-  const MatchMethod by_uv_ = match_at_uvs();
+  const MatchMethod uv_method_ = match_at_uvs();
   std::vector<MatchMethod> methods_;  // Methods in increasing order of cost
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> visibility_field_;

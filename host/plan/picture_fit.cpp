@@ -248,22 +248,22 @@ std::optional<std::vector<std::byte>> try_encode(const Image& image,
 }
 
 /// Sorts choices by bytes, and removes those that a smaller picture with at most the same error dominates.
-void keep_pareto_optimal(PictureLadder& ladder) {
-  std::stable_sort(ladder.choices.begin(), ladder.choices.end(),
+void keep_pareto_optimal(PictureEncodings& picture_encodings) {
+  std::stable_sort(picture_encodings.choices.begin(), picture_encodings.choices.end(),
                    [](const PictureChoice& a, const PictureChoice& b) {
                      return std::pair(a.bytes, a.error.steps) < std::pair(b.bytes, b.error.steps);
                    });
   double min_steps = HUGE_VAL;
-  std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+  std::erase_if(picture_encodings.choices, [&](const PictureChoice& choice) {
     if (choice.error.steps >= min_steps) return true;
     min_steps = choice.error.steps;
     return false;
   });
 }
 
-PictureLadder measure_encodings(PictureSlot picture, const Image& full, TextureUse use,
-                                std::span<const std::uint8_t> coverage,
-                                const PictureFitOptions& options) {
+PictureEncodings measure_encodings(PictureSlot picture, const Image& full, TextureUse use,
+                                   std::span<const std::uint8_t> coverage,
+                                   const PictureFitOptions& options) {
   const std::vector<Image> levels = covered_levels(full, coverage, use);
   const auto error_of = [&](const Image& decoded) {
     if (use == TextureUse::normal && options.normal_error) return options.normal_error(decoded);
@@ -271,9 +271,9 @@ PictureLadder measure_encodings(PictureSlot picture, const Image& full, TextureU
   };
   const bool has_alpha = full.channels == 4;
   const std::vector<PictureEncoding> encodings = encodings_of(options, use, has_alpha);
-  PictureLadder ladder;
-  ladder.picture = picture;
-  ladder.levels.resize(levels.size());
+  PictureEncodings picture_encodings;
+  picture_encodings.picture = picture;
+  picture_encodings.levels.resize(levels.size());
   std::vector<double> bytes_before(encodings.size(), 0);
   const auto max_bytes = static_cast<double>(options.max_picture_bytes);
   for (std::size_t level = levels.size(); level-- > 0;) {
@@ -281,7 +281,7 @@ PictureLadder measure_encodings(PictureSlot picture, const Image& full, TextureU
     for (float& value : rounded.pixels) {
       value = std::floor(std::clamp(value, 0.0F, 1.0F) * 255 + 0.5F) / 255;
     }
-    ladder.levels[level] = error_of(rounded);
+    picture_encodings.levels[level] = error_of(rounded);
     for (std::size_t i = 0; i < encodings.size(); ++i) {
       if (Fit::kMinByteGrowth * bytes_before[i] > max_bytes) continue;
       PictureChoice choice;
@@ -301,33 +301,33 @@ PictureLadder measure_encodings(PictureSlot picture, const Image& full, TextureU
               options.encode.max_normal_error) {
         continue;
       }
-      ladder.choices.push_back(std::move(choice));
+      picture_encodings.choices.push_back(std::move(choice));
     }
   }
-  keep_pareto_optimal(ladder);
-  return ladder;
+  keep_pareto_optimal(picture_encodings);
+  return picture_encodings;
 }
 
 }  // namespace
 
-std::vector<PictureLadder> picture_ladders(const AssetMaps& maps,
-                                           const PictureFitOptions& options) {
-  std::vector<PictureLadder> ladders;
+std::vector<PictureEncodings> encode_pictures(const AssetMaps& maps,
+                                              const PictureFitOptions& options) {
+  std::vector<PictureEncodings> encodings_by_picture;
   const auto add = [&](PictureSlot picture, const Image& image, TextureUse use) {
     if (image.pixels.empty()) return;
-    ladders.push_back(measure_encodings(picture, image, use, maps.coverage, options));
+    encodings_by_picture.push_back(measure_encodings(picture, image, use, maps.coverage, options));
   };
   if (maps.normal != nullptr) add(PictureSlot::normal, *maps.normal, TextureUse::normal);
   add(PictureSlot::color, color_picture(maps), TextureUse::color);
   add(PictureSlot::surface, surface_picture(maps), TextureUse::values);
   if (maps.emission != nullptr) add(PictureSlot::emission, *maps.emission, TextureUse::color);
-  return ladders;
+  return encodings_by_picture;
 }
 
-void add_intermediate_qualities(PictureLadder& ladder) {
+void add_intermediate_qualities(PictureEncodings& picture_encodings) {
   std::map<std::size_t, const PictureChoice*> lower_quality;  // by level
-  std::vector<PictureChoice> all = ladder.choices;
-  for (const PictureChoice& high : ladder.choices) {
+  std::vector<PictureChoice> all = picture_encodings.choices;
+  for (const PictureChoice& high : picture_encodings.choices) {
     if (!high.encoding.is_lossy()) continue;
     const PictureChoice* const low = std::exchange(lower_quality[high.level], &high);
     if (low == nullptr) continue;
@@ -349,30 +349,32 @@ void add_intermediate_qualities(PictureLadder& ladder) {
                     interpolate(low->error.degrees, high.error.degrees)};
     }
   }
-  ladder.choices = std::move(all);
-  keep_pareto_optimal(ladder);
+  picture_encodings.choices = std::move(all);
+  keep_pareto_optimal(picture_encodings);
 }
 
-std::uint64_t least_bytes(std::span<const PictureLadder> ladders) {
+std::uint64_t least_bytes(std::span<const PictureEncodings> encodings_by_picture) {
   std::uint64_t sum = 0;
-  for (const PictureLadder& ladder : ladders) sum += ladder.choices.front().bytes;
+  for (const PictureEncodings& picture_encodings : encodings_by_picture)
+    sum += picture_encodings.choices.front().bytes;
   return sum;
 }
 
-std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes) {
+std::optional<PictureFit> least_error(std::span<const PictureEncodings> encodings_by_picture,
+                                      std::uint64_t bytes) {
   // Knapsack by dynamic programming: of all combinations of choices whose bytes lie in one class, only the one with
   // the smallest error is kept. The classes are finer than the steps between qualities, so the loss is negligible.
   const std::uint64_t step = bytes / Fit::kByteClasses + 1;
   std::map<std::uint64_t, PictureFit> sums;
   sums[0] = {};
-  for (const PictureLadder& ladder : ladders) {
+  for (const PictureEncodings& picture_encodings : encodings_by_picture) {
     std::map<std::uint64_t, PictureFit> next;
     for (const auto& [byte_class, sum] : sums) {
-      for (std::size_t i = 0; i < ladder.choices.size(); ++i) {
-        const PictureChoice& choice = ladder.choices[i];
+      for (std::size_t i = 0; i < picture_encodings.choices.size(); ++i) {
+        const PictureChoice& choice = picture_encodings.choices[i];
         const std::uint64_t total_bytes = sum.bytes + choice.bytes;
         if (total_bytes > bytes) break;
-        const double error = sum.error + ladder.weight * choice.error.steps;
+        const double error = sum.error + picture_encodings.weight * choice.error.steps;
         const auto [entry, is_new] = next.try_emplace(total_bytes / step);
         if (!is_new && entry->second.error <= error) continue;
         entry->second.choices = sum.choices;

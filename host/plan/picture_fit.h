@@ -35,7 +35,7 @@ struct PictureChoice {
 };
 
 /// Pareto-optimal ways to store a picture, in order of increasing bytes and decreasing error.
-struct PictureLadder {
+struct PictureEncodings {
   PictureSlot picture = PictureSlot::normal;
   double weight = 1;                   ///< Share of the low poly's surface that shows this picture
   std::vector<PictureChoice> choices;  ///< The choices; at least one
@@ -64,25 +64,28 @@ struct PictureFitOptions {
 /// background colour bleeds in. Errors compare the decoded picture, filtered bilinearly, with the maps. Deterministic
 /// on any number of threads. Cost: each size and quality is encoded and decoded once, in total 1.33 times the texels
 /// per quality; a size is skipped if the bytes of the next smaller one show that it cannot fit.
-std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureFitOptions& options);
+std::vector<PictureEncodings> encode_pictures(const AssetMaps& maps,
+                                              const PictureFitOptions& options);
 
 /// Inserts estimates for the qualities of lossy pictures between those that were tried: bytes and errors are
-/// interpolated in log-log scale, in which they are almost linear. A choice for a budget then is close to that of a
-/// ladder with `all_qualities`, and does not depend on where the few qualities lie. Inserted choices have no data.
-void add_intermediate_qualities(PictureLadder& ladder);
+/// interpolated in log-log scale, in which they are almost linear. A choice for a budget then is close to the choice
+/// among encodings with `all_qualities`, and does not depend on where the few qualities lie. Inserted choices have
+/// no data.
+void add_intermediate_qualities(PictureEncodings& picture_encodings);
 
 /// A combination of encodings: one choice for each picture.
 struct PictureFit {
-  std::vector<std::size_t> choices;  ///< For each picture, index into PictureLadder::choices
+  std::vector<std::size_t> choices;  ///< For each picture, index into PictureEncodings::choices
   std::uint64_t bytes = 0;           ///< Sum of the bytes of all pictures
   /// Sum of PictureError::steps, weighted by the pictures' shares of the surface
   double error = 0;
 };
 
 /// The choices with the smallest sum of errors within `bytes`; nullopt if even the smallest choices exceed it.
-std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes);
+std::optional<PictureFit> least_error(std::span<const PictureEncodings> encodings_by_picture,
+                                      std::uint64_t bytes);
 
 /// Returns the sum of the bytes of all pictures, each in its smallest encoding.
-std::uint64_t least_bytes(std::span<const PictureLadder> ladders);
+std::uint64_t least_bytes(std::span<const PictureEncodings> encodings_by_picture);
 
 }  // namespace kiln

@@ -59,9 +59,9 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   for (const Triangle& triangle : mesh.triangles) {
     if (!has_area(mesh.positions, triangle)) continue;
     for (std::uint32_t i : triangle) is_used_vertex[i] = true;
-    const Vec3d a = to_double(target.frame.to_frame(mesh, triangle[0]));
-    const Vec3d normal = cross(to_double(target.frame.to_frame(mesh, triangle[1])) - a,
-                               to_double(target.frame.to_frame(mesh, triangle[2])) - a);
+    const Vec3d a = to_double(target.local_frame.to_frame(mesh, triangle[0]));
+    const Vec3d normal = cross(to_double(target.local_frame.to_frame(mesh, triangle[1])) - a,
+                               to_double(target.local_frame.to_frame(mesh, triangle[2])) - a);
     target.facing += normal;
     area += length(normal);
   }
@@ -71,7 +71,7 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   constexpr double kMaxLocalDistance = 1;
   for (std::size_t i = 0; i < is_used_vertex.size(); ++i) {
     if (!is_used_vertex[i]) continue;
-    const Vec3 point = target.frame.to_frame(mesh, i);
+    const Vec3 point = target.local_frame.to_frame(mesh, i);
     if (length(to_double(point)) <= kMaxLocalDistance) target.points.push_back(point);
   }
   return target;
@@ -103,7 +103,7 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
   const double extent_x = high_x - low_x, extent_y = high_y - low_y;
   const double extent = std::max({extent_x, extent_y, 1e-6});
   const double side = extent / (1 - 2 * kMarginShare);
-  camera.half_side = side / 2 / target.frame.scale / options.zoom;
+  camera.half_side = side / 2 / target.local_frame.scale / options.zoom;
   const auto pixels = [&](double reach) {
     const double share = options.trim ? (reach + 2 * kMarginShare * side) / side : 1;
     return static_cast<std::uint32_t>(std::max(1.0, std::ceil(share * options.size - 1e-6)));
@@ -111,9 +111,9 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
   camera.width = std::min(options.size, pixels(extent_x));
   camera.height = std::min(options.size, pixels(extent_y));
   const Vec3d middle = camera.right * ((low_x + high_x) / 2) + camera.up * ((low_y + high_y) / 2);
-  camera.center = {target.frame.center[0] + middle.x / target.frame.scale,
-                   target.frame.center[1] + middle.y / target.frame.scale,
-                   target.frame.center[2] + middle.z / target.frame.scale};
+  camera.center = {target.local_frame.center[0] + middle.x / target.local_frame.scale,
+                   target.local_frame.center[1] + middle.y / target.local_frame.scale,
+                   target.local_frame.center[2] + middle.z / target.local_frame.scale};
   if (options.at) camera.center = *options.at;
   camera.key = key_light(target.facing, camera);
   return camera;

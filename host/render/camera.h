@@ -15,7 +15,7 @@ namespace kiln {
 
 /// The vertices that a camera shows: those of finite triangles, in a local frame of their own.
 struct CameraTarget {
-  Frame frame;
+  Frame local_frame;
   std::vector<Vec3> points;
   /// Mean normal of the triangles, weighted by area: length 0 for closed meshes, 1 for planes.
   Vec3d facing{};

@@ -82,7 +82,7 @@ class FramePainter {
     RenderOptions single_sample_options = options;
     single_sample_options.samples = 1;
     kiln_render_params params = camera_params(Camera::fit(target, single_sample_options),
-                                              scene_.target.frame, single_sample_options);
+                                              scene_.target.local_frame, single_sample_options);
     const std::uint32_t rows = (params.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
     params.pixel_count = params.sample_count = params.tile_columns * rows * kFrameTilePixels;
     params.capacity = sample_capacity_;

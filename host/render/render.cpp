@@ -153,7 +153,7 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
   }
   target = CameraTarget::of(mesh);
   cl::Context& context = context_of(device);
-  const std::vector<Vec3> frame_positions = target.frame.to_frame(mesh);
+  const std::vector<Vec3> frame_positions = target.local_frame.to_frame(mesh);
   rays = std::make_unique<RayCaster>(context, frame_positions, mesh.triangles);
   const std::uint64_t skipped = rays->stats().skipped;
   if (skipped == mesh.triangles.size()) {
@@ -173,7 +173,7 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
                            : "have no area, or have non-finite corners; they are not drawn."),
          skipped});
   }
-  if (const std::string coarse = coarse_steps(mesh, target.frame); !coarse.empty()) {
+  if (const std::string coarse = coarse_steps(mesh, target.local_frame); !coarse.empty()) {
     warnings.push_back({"coarse-source", "'" + mesh.name + "': " + coarse, 1});
   }
   positions = upload_array(context, frame_positions);
@@ -201,7 +201,7 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
                     "it first, or leave the map out.");
   }
   cl::Context& context = context_of(device);
-  const LowSurface surface = LowSurface::of(mesh, target.frame);
+  const LowSurface surface = LowSurface::of(mesh, target.local_frame);
   shading =
       cl::Array<kiln_low_shading>(context, std::span<const kiln_low_shading>(low_shading(surface)));
   std::vector<float> corner_uvs;
@@ -269,7 +269,7 @@ Image Scene::Impl::draw_depth(const RenderOptions& options) const {
   one.ambient_rays = 0;
   const Camera from = camera(options);
   const Image shown = trace(from, one, true);
-  const Frame& frame = target.frame;
+  const Frame& frame = target.local_frame;
   const Vec3d picture_center = {from.center[0] - frame.center[0], from.center[1] - frame.center[1],
                                 from.center[2] - frame.center[2]};
   const double plane = dot(picture_center, from.toward);
@@ -284,7 +284,7 @@ Image Scene::Impl::draw_depth(const RenderOptions& options) const {
 }
 
 Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, bool depth) const {
-  kiln_render_params params = camera_params(camera, target.frame, options);
+  kiln_render_params params = camera_params(camera, target.local_frame, options);
   const std::uint32_t samples_per_pixel = options.samples * options.samples;
   if (depth) {
     params.show_depth = 1;
@@ -325,8 +325,8 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   // In an extreme close-up, the maximum distance of occluders could be less than t_min, the minimum distance of a hit.
   occlusion_ray.t_max =
       std::max(occlusion_ray.t_min,
-               static_cast<float>(
-                   std::min(2.0, kMaxOccluderShare * 2 * camera.half_side * target.frame.scale)));
+               static_cast<float>(std::min(
+                   2.0, kMaxOccluderShare * 2 * camera.half_side * target.local_frame.scale)));
   occlusion_ray.two_sided = true;
 
   Image image{camera.width, camera.height, 3, {}};

@@ -66,8 +66,8 @@ double squared_distance_to_face(const Face& f, const Vec3d& p, double best,
 
 }  // namespace
 
-BoundSamples::BoundSamples(std::span<const Vec3> positions, std::span<const Triangle> dense,
-                           std::uint64_t most)
+DeviationSamples::DeviationSamples(std::span<const Vec3> positions, std::span<const Triangle> dense,
+                                   std::uint64_t most)
     : surface(positions, dense) {
   const std::uint64_t available = std::uint64_t{dense.size()} * 4;
   const std::uint64_t count = std::min(available, most);
@@ -86,8 +86,8 @@ BoundSamples::BoundSamples(std::span<const Vec3> positions, std::span<const Tria
   }
 }
 
-DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound,
-                               bool own)
+DeviationBound::DeviationBound(const CollapseMesh& mesh, const DeviationSamples& samples,
+                               double bound, bool own)
     : samples_(samples),
       squared_limits_(samples.points.size(), bound * bound),
       squared_bound_(bound * bound),
@@ -209,7 +209,7 @@ bool DeviationBound::assign() {
           nearest_new_triangle(s, star_index_[i] == kNoVertex ? 0 : star_index_[i]));
       refused_ratio_ = new_assignments_.back().squared;
       if (refused_ratio_ <= 1) continue;
-      has_refused_ = true;
+      has_rejected_collapse_ = true;
       if (previous_sample != kNoVertex) {
         next_sample_[previous_sample] = next_sample_[s];
         next_sample_[s] = first_sample_[reassigned_triangles_[i]];
@@ -245,7 +245,7 @@ bool DeviationBound::is_near_high_poly(const Vec3d& position) {
   if (!is_too_far(position) &&
       std::none_of(new_triangles_.begin(), new_triangles_.end(), is_face_too_far))
     return true;
-  has_refused_ = true;
+  has_rejected_collapse_ = true;
   return false;
 }
 

@@ -17,10 +17,10 @@
 namespace kiln {
 
 /// The points of the high poly at which deviations are measured: those of one_sided_distance(), without duplicates.
-struct BoundSamples {
+struct DeviationSamples {
   /// \param most  maximum number of samples, as for one_sided_distance()
-  BoundSamples(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-               std::uint64_t most);
+  DeviationSamples(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                   std::uint64_t most);
 
   std::vector<Vec3> points;
   /// For each sample, the high-poly triangle on which it lies
@@ -43,7 +43,7 @@ class DeviationBound {
   /// \param samples  must outlive this object
   /// \param own      true if the mesh is the high poly itself; if false, the nearest triangle of each sample is
   ///   searched for
-  DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound, bool own);
+  DeviationBound(const CollapseMesh& mesh, const DeviationSamples& samples, double bound, bool own);
 
   /// True if all samples were within the bound when this object was built.
   bool was_within_bound() const { return was_within_bound_; }
@@ -59,7 +59,7 @@ class DeviationBound {
   /// A position near `target` that reduces the distances of the samples that the last call of keeps() assigned.
   Vec3d improved_position(const Vec3d& target, DistanceNorm which);
   /// True if keeps() has rejected any collapse so far.
-  bool has_refused() const { return has_refused_; }
+  bool has_rejected_collapse() const { return has_rejected_collapse_; }
   /// Applies the assignment of samples that the last call of keeps() computed. That call must have returned true.
   void collapse();
 
@@ -88,10 +88,10 @@ class DeviationBound {
   bool assign();
   bool is_near_high_poly(const Vec3d& position);
 
-  const BoundSamples& samples_;
+  const DeviationSamples& samples_;
   std::vector<double> squared_limits_;  ///< Squared distance limit of each sample
   double squared_bound_;  ///< Squared bound on distances from the low poly to the high poly
-  bool was_within_bound_ = true, has_refused_ = false;
+  bool was_within_bound_ = true, has_rejected_collapse_ = false;
   /// Squared distance over squared limit, of the sample for which keeps() last returned false
   double refused_ratio_ = 0;
   std::vector<std::uint32_t> first_sample_;  ///< First sample of each triangle, or kNoVertex

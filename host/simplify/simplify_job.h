@@ -74,7 +74,7 @@ class SimplifyState {
   /// Bounds the distance of the samples from the simplified mesh in all collapses that follow.
   /// \returns true if all samples are within the bound at present
   /// \param close  sets of balls; a sample that lies in a ball gets a smaller limit, once for each such set
-  bool limit_deviation(const BoundSamples& samples, double bound, bool is_high_poly,
+  bool limit_deviation(const DeviationSamples& samples, double bound, bool is_high_poly,
                        std::span<const std::vector<Ball>> close, double sharpening) {
     deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, is_high_poly);
     for (const std::vector<Ball>& places : close) deviation_bound_->tighten_limits(places);
@@ -82,7 +82,7 @@ class SimplifyState {
     return deviation_bound_->was_within_bound();
   }
   void run_within_bound();
-  bool is_bounded() const { return deviation_bound_->has_refused(); }
+  bool is_bounded() const { return deviation_bound_->has_rejected_collapse(); }
   std::size_t faces() const { return mesh_.face_count_with_back_faces(); }
   /// \param of_triangles  see CollapseMesh::two_sided
   void set_two_sided(std::vector<std::uint8_t> of_triangles) {
@@ -257,7 +257,7 @@ class SimplifyJob {
   std::vector<std::uint32_t> label_source_;  ///< For each label, a high-poly triangle that has it
   /// For each label, the triangle that is the back of a triangle with this label; see Labels::backs
   std::vector<std::uint32_t> label_back_;
-  std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use
+  std::unique_ptr<DeviationSamples> deviation_samples_;  ///< Samples for bounds; built on first use
   std::optional<bool> is_finely_tessellated_;  ///< Result of is_finely_tessellated(), once computed
   std::optional<double>
       reported_progress_;          ///< Largest progress reported so far; nullopt outside of run()

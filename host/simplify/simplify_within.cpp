@@ -68,9 +68,9 @@ std::size_t SimplifyJob::repair_within_bound(SimplifyState& state, SimplifyResul
 /// \returns no triangles if `work` cannot stay within the bound
 SimplifyResult SimplifyJob::simplify_within_bound(double bound, const Work& work) {
   const bool is_high_poly = work.triangles.size() == dense_.triangles.size();
-  if (!bound_samples_) {
-    bound_samples_ =
-        std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMaxSamples);
+  if (!deviation_samples_) {
+    deviation_samples_ =
+        std::make_unique<DeviationSamples>(dense_positions_, dense_.triangles, kMaxSamples);
   }
   double limit = (1 - kDistanceRounding) * bound;
   std::vector<std::vector<Ball>> flawed_sets;
@@ -79,7 +79,7 @@ SimplifyResult SimplifyJob::simplify_within_bound(double bound, const Work& work
   double sharpening = kMaxSharpening;
   for (int run = 0; run < kMaxRuns; ++run) {
     SimplifyState state(work, layout(), options_, scale_);
-    if (!state.limit_deviation(*bound_samples_, limit, is_high_poly, flawed_sets, sharpening))
+    if (!state.limit_deviation(*deviation_samples_, limit, is_high_poly, flawed_sets, sharpening))
       break;
     state.run_within_bound();
     SimplifyResult result;
@@ -89,8 +89,8 @@ SimplifyResult SimplifyJob::simplify_within_bound(double bound, const Work& work
       limit *= 0.95 * bound / result.deviation.largest;
       continue;
     }
-    result.low_to_high =
-        low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
+    result.low_to_high = low_to_high_distance(deviation_samples_->surface, to_floats(result.points),
+                                              result.triangles);
     result.is_bounded = state.is_bounded();
     const bool is_sound = has_no_flaws(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {

@@ -49,7 +49,7 @@ SampleRange covered_column_range(const kiln_texel_piece& piece, std::uint32_t sh
 }
 
 /// True if the triangle certainly covers the centre of a sample.
-bool surely_covers_sample(const FixedTriangle& f, const UvGrid& grid) {
+bool surely_covers_sample(const FixedPointTriangle& f, const UvGrid& grid) {
   if (grid.beyond_square(f)) return false;
   double perimeter = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -146,7 +146,7 @@ class SmallChartFinder {
   };
 
   bool covers_any_sample(std::size_t i) const {
-    const FixedTriangle& f = pieces_.fixed_point_triangles[i];
+    const FixedPointTriangle& f = pieces_.fixed_point_triangles[i];
     if (surely_covers_sample(f, grid_)) return true;
     const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
     for (std::int64_t row = rows.first; row <= rows.last; ++row) {
@@ -268,7 +268,7 @@ class SmallChartFinder {
     is_occupied_.assign(std::size_t{width_} * height_, false);
     const auto samples = std::int64_t{samples_};
     for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
-      const FixedTriangle& f = pieces_.fixed_point_triangles[i];
+      const FixedPointTriangle& f = pieces_.fixed_point_triangles[i];
       const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
       const auto [low, high] = std::minmax_element(f.x.begin(), f.x.end());
       const std::int64_t texel = samples << pieces_.fraction_bits;

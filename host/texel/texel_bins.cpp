@@ -63,12 +63,12 @@ std::vector<std::int32_t> TexelGrid::slot_table() const {
 TexelBins::TexelBins(const TexelGrid& grid, const TexelPieces& pieces)
     : grid_(grid), pieces_(pieces), band_first_entries_(grid.band_count() + std::size_t{1}, 0) {
   const std::int64_t band_samples = std::int64_t{grid.band_rows()} * grid.samples;
-  const auto bands_of = [&](const FixedTriangle& f) {
+  const auto bands_of = [&](const FixedPointTriangle& f) {
     const SampleRange rows = rows_of(f, pieces.fraction_bits, grid.height * grid.samples);
     if (rows.last < rows.first) return SampleRange{0, -1};
     return SampleRange{rows.first / band_samples, rows.last / band_samples};
   };
-  for (const FixedTriangle& f : pieces.fixed_point_triangles) {
+  for (const FixedPointTriangle& f : pieces.fixed_point_triangles) {
     const SampleRange bands = bands_of(f);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
       ++band_first_entries_[static_cast<std::size_t>(b) + 1];
@@ -94,7 +94,7 @@ std::uint32_t TexelBins::key(std::uint32_t column, std::uint32_t row) const {
 }
 
 void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uint32_t last_row) {
-  const FixedTriangle& f = pieces_.fixed_point_triangles[piece];
+  const FixedPointTriangle& f = pieces_.fixed_point_triangles[piece];
   const std::uint32_t shift = pieces_.fraction_bits;
   const SampleRange rows = rows_of(f, shift, grid_.height * grid_.samples);
   struct Edge {

@@ -37,7 +37,7 @@ struct PieceBuilder {
   UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
-  std::vector<FixedTriangle> fixed_point_triangles;
+  std::vector<FixedPointTriangle> fixed_point_triangles;
   CountedFlaw outside_square, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
@@ -46,7 +46,7 @@ struct PieceBuilder {
     const auto& triangle = surface.triangles[t];
     const auto first = static_cast<std::uint32_t>(pieces.size());
     if (in_prism(triangle[0].uv) && in_prism(triangle[1].uv) && in_prism(triangle[2].uv)) {
-      FixedTriangle f;
+      FixedPointTriangle f;
       for (std::size_t k = 0; k < 3; ++k) {
         f.x[k] = grid.fixed_x(triangle[k].uv.x);
         f.y[k] = grid.fixed_y(triangle[k].uv.y);
@@ -67,7 +67,7 @@ struct PieceBuilder {
         clip_to_prism({triangle[0].uv, triangle[1].uv, triangle[2].uv});
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
-      FixedTriangle f;
+      FixedPointTriangle f;
       for (std::size_t k = 0; k < 3; ++k) {
         f.x[k] = grid.fixed_x(fan[k].u);
         f.y[k] = grid.fixed_y(fan[k].v);
@@ -76,7 +76,7 @@ struct PieceBuilder {
     }
   }
 
-  void add_piece(const FixedTriangle& f, const std::array<LowSurface::Corner, 3>& triangle,
+  void add_piece(const FixedPointTriangle& f, const std::array<LowSurface::Corner, 3>& triangle,
                  const std::array<ClipVertex, 3>& weights, std::size_t t, std::uint32_t first) {
     const std::int64_t area = doubled_area(f);
     const std::int32_t sign = area < 0 ? -1 : 1;
@@ -275,7 +275,7 @@ void TexelPieces::add_assigned_texels(const LowSurface& surface,
     const auto first = static_cast<std::uint32_t>(pieces.size() + merged_builder.pieces.size());
     // Splits the texel's square into two triangles.
     for (const auto& half : {std::array<std::uint32_t, 3>{0, 1, 3}, {0, 3, 2}}) {
-      FixedTriangle f{};
+      FixedPointTriangle f{};
       std::array<ClipVertex, 3> points;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t column = texel.column + half[k] % 2, row = texel.row + half[k] / 2;

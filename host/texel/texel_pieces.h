@@ -25,7 +25,7 @@ struct TexelPieces {
   std::uint32_t fraction_bits = 0;  ///< Fixed-point bits below one sample, 10 to 28
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
-  std::vector<FixedTriangle> fixed_point_triangles;
+  std::vector<FixedPointTriangle> fixed_point_triangles;
   /// Warnings "uv-outside", "uv-degenerate", "uv-missing" and "low-degenerate"
   std::vector<Warning> warnings;
 

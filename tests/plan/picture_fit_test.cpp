@@ -44,24 +44,25 @@ PictureFitOptions png_alone() {
   return options;
 }
 
-PictureLadder ladder_of(std::vector<std::pair<std::uint64_t, double>> choices, double weight = 1) {
-  PictureLadder ladder{PictureSlot::color, weight, {}, {}};
+PictureEncodings make_encodings(std::vector<std::pair<std::uint64_t, double>> choices,
+                                double weight = 1) {
+  PictureEncodings picture_encodings{PictureSlot::color, weight, {}, {}};
   for (const auto& [bytes, error] : choices) {
-    PictureChoice& choice = ladder.choices.emplace_back();
+    PictureChoice& choice = picture_encodings.choices.emplace_back();
     choice.bytes = bytes;
     choice.error.steps = error;
   }
-  return ladder;
+  return picture_encodings;
 }
 
-/// Random ladders of few choices, so small that every byte is a class of its own: all combinations are tried.
+/// Random pictures with few encodings, so small that every byte is a class of its own: all combinations are tried.
 TEST(PictureFit, IsTheBestOfAllCombinations) {
   std::mt19937 random(7);
   const auto number = [&](int most) {
     return static_cast<int>(random() % static_cast<unsigned>(most));
   };
   for (int round = 0; round < 50; ++round) {
-    std::vector<PictureLadder> ladders;
+    std::vector<PictureEncodings> encodings_by_picture;
     for (int i = 0; i < 3; ++i) {
       std::vector<std::pair<std::uint64_t, double>> choices;
       std::uint64_t bytes = 1;
@@ -71,7 +72,7 @@ TEST(PictureFit, IsTheBestOfAllCombinations) {
         error -= 1 + number(15);
         choices.emplace_back(bytes, error);
       }
-      ladders.push_back(ladder_of(choices, 1 + i));
+      encodings_by_picture.push_back(make_encodings(choices, 1 + i));
     }
     for (std::uint64_t most = 10; most < 700; most += 37) {
       double least = HUGE_VAL;
@@ -80,31 +81,32 @@ TEST(PictureFit, IsTheBestOfAllCombinations) {
         std::uint64_t bytes = 0;
         double error = 0;
         for (std::size_t i = 0; i < 3; ++i) {
-          bytes += ladders[i].choices[of[i]].bytes;
-          error += ladders[i].weight * ladders[i].choices[of[i]].error.steps;
+          bytes += encodings_by_picture[i].choices[of[i]].bytes;
+          error +=
+              encodings_by_picture[i].weight * encodings_by_picture[i].choices[of[i]].error.steps;
         }
         if (bytes <= most) least = std::min(least, error);
       }
-      const std::optional<PictureFit> fit = least_error(ladders, most);
+      const std::optional<PictureFit> fit = least_error(encodings_by_picture, most);
       ASSERT_EQ(fit.has_value(), least < HUGE_VAL) << most;
       if (!fit) continue;
       EXPECT_LE(fit->bytes, most);
       EXPECT_DOUBLE_EQ(fit->error, least);
     }
-    EXPECT_TRUE(least_error(ladders, least_bytes(ladders)));
-    EXPECT_FALSE(least_error(ladders, least_bytes(ladders) - 1));
+    EXPECT_TRUE(least_error(encodings_by_picture, least_bytes(encodings_by_picture)));
+    EXPECT_FALSE(least_error(encodings_by_picture, least_bytes(encodings_by_picture) - 1));
   }
 }
 
-TEST(PictureFit, LaddersRiseInBytesAndFallInError) {
+TEST(PictureFit, EncodingsRiseInBytesAndFallInError) {
   const Image normal = waves(128);
   AssetMaps maps;
   maps.normal = &normal;
   PictureFitOptions options;
   options.max_picture_bytes = 1U << 30U;
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
-  ASSERT_EQ(ladders.size(), 1U);
-  const std::vector<PictureChoice>& choices = ladders[0].choices;
+  const std::vector<PictureEncodings> encodings_by_picture = encode_pictures(maps, options);
+  ASSERT_EQ(encodings_by_picture.size(), 1U);
+  const std::vector<PictureChoice>& choices = encodings_by_picture[0].choices;
   ASSERT_GT(choices.size(), 4U);
   bool has_png = false, has_jpeg = false;
   for (std::size_t i = 0; i < choices.size(); ++i) {
@@ -124,7 +126,7 @@ TEST(PictureFit, LaddersRiseInBytesAndFallInError) {
   EXPECT_LT(choices.back().error.steps, 0.5 * std::sqrt(3.0));
   EXPECT_EQ(choices.back().level, 0U);
   // Errors of sizes are those of their pictures without loss, and grow as sizes fall.
-  const std::vector<PictureError>& levels = ladders[0].levels;
+  const std::vector<PictureError>& levels = encodings_by_picture[0].levels;
   ASSERT_EQ(levels.size(), 4U);  // 128 to 16
   for (std::size_t level = 0; level < levels.size(); ++level) {
     if (level > 0) EXPECT_GT(levels[level].steps, levels[level - 1].steps) << level;
@@ -154,13 +156,13 @@ TEST(PictureFit, GroundDoesNotBleedIntoSmallerSizes) {
   AssetMaps maps;
   maps.color = &color;
   maps.coverage = coverage;
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
-  ASSERT_EQ(ladders.size(), 1U);
-  EXPECT_EQ(ladders[0].levels.size(), 3U);  // 64, 32, 16
-  for (const PictureError& level : ladders[0].levels) EXPECT_EQ(level.steps, 0);
+  const std::vector<PictureEncodings> encodings_by_picture = encode_pictures(maps, png_alone());
+  ASSERT_EQ(encodings_by_picture.size(), 1U);
+  EXPECT_EQ(encodings_by_picture[0].levels.size(), 3U);  // 64, 32, 16
+  for (const PictureError& level : encodings_by_picture[0].levels) EXPECT_EQ(level.steps, 0);
   // All sizes are right, so that the smallest file is the only one worth it.
-  ASSERT_EQ(ladders[0].choices.size(), 1U);
-  const Image small = load_image(ladders[0].choices[0].data);
+  ASSERT_EQ(encodings_by_picture[0].choices.size(), 1U);
+  const Image small = load_image(encodings_by_picture[0].choices[0].data);
   for (const float value : small.pixels) EXPECT_EQ(value, 1);
 }
 
@@ -181,8 +183,8 @@ TEST(PictureFit, SmallerSizesAreMeansOfCoveredTexels) {
   maps.color = &color;
   maps.coverage = coverage;
   std::vector<bool> is_found(3);
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
-  for (const PictureChoice& choice : ladders[0].choices) {
+  const std::vector<PictureEncodings> encodings_by_picture = encode_pictures(maps, png_alone());
+  for (const PictureChoice& choice : encodings_by_picture[0].choices) {
     const std::uint32_t side = 1U << choice.level;
     const Image small = load_image(choice.data);
     ASSERT_EQ(small.width * side, 128U);
@@ -219,7 +221,7 @@ TEST(PictureFit, FillsTheLastColumnOfAnOddSizeFromItself) {
   AssetMaps maps;
   maps.color = &color;
   maps.coverage = coverage;
-  const Image small = load_image(picture_ladders(maps, png_alone())[0].choices[0].data);
+  const Image small = load_image(encode_pictures(maps, png_alone())[0].choices[0].data);
   ASSERT_EQ(small.width, 65U);
   ASSERT_EQ(small.height, 33U);
   for (std::uint32_t y = 0; y < 33; ++y) {
@@ -237,8 +239,8 @@ TEST(PictureFit, ColoursAreAveragedInLinearLight) {
   }
   AssetMaps maps;
   maps.color = &color;
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
-  const Image small = load_image(ladders[0].choices[0].data);
+  const std::vector<PictureEncodings> encodings_by_picture = encode_pictures(maps, png_alone());
+  const Image small = load_image(encodings_by_picture[0].choices[0].data);
   ASSERT_EQ(small.width, 16U);
   EXPECT_EQ(std::lround(255 * small.at(3, 5)[0]), 188);
 }
@@ -258,8 +260,8 @@ TEST(PictureFit, NormalsAreAveragedAsDirections) {
   }
   AssetMaps maps;
   maps.normal = &normal;
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
-  const auto& choices = ladders[0].choices;
+  const std::vector<PictureEncodings> encodings_by_picture = encode_pictures(maps, png_alone());
+  const auto& choices = encodings_by_picture[0].choices;
   const Image small = load_image(choices[0].data);
   ASSERT_EQ(small.width, 16U);
   EXPECT_EQ(std::lround(255 * small.at(8, 8)[2]), 255);
@@ -273,8 +275,8 @@ TEST(PictureFit, OptionsLeaveWaysOut) {
   AssetMaps maps;
   maps.normal = &normal;
   maps.color = &color;
-  for (const PictureLadder& ladder : picture_ladders(maps, png_alone())) {
-    for (const PictureChoice& choice : ladder.choices) {
+  for (const PictureEncodings& picture_encodings : encode_pictures(maps, png_alone())) {
+    for (const PictureChoice& choice : picture_encodings.choices) {
       EXPECT_EQ(choice.encoding.format, PictureFormat::png);
     }
   }
@@ -282,9 +284,9 @@ TEST(PictureFit, OptionsLeaveWaysOut) {
   jpeg.encode.format = PictureFormat::jpeg;
   jpeg.encode.quality = 77;
   jpeg.encode.max_normal_error = 0.4;
-  for (const PictureLadder& ladder : picture_ladders(maps, jpeg)) {
-    for (const PictureChoice& choice : ladder.choices) {
-      if (ladder.picture == PictureSlot::color) {
+  for (const PictureEncodings& picture_encodings : encode_pictures(maps, jpeg)) {
+    for (const PictureChoice& choice : picture_encodings.choices) {
+      if (picture_encodings.picture == PictureSlot::color) {
         EXPECT_EQ(choice.encoding.format, PictureFormat::jpeg);
         EXPECT_EQ(choice.encoding.quality, 77U);
       } else if (choice.level == 0) {
@@ -296,19 +298,19 @@ TEST(PictureFit, OptionsLeaveWaysOut) {
   PictureFitOptions fixed = jpeg;
   fixed.any_format = true;
   fixed.encode.max_normal_error = 0;
-  for (const PictureLadder& ladder : picture_ladders(maps, fixed)) {
+  for (const PictureEncodings& picture_encodings : encode_pictures(maps, fixed)) {
     bool has_others = false;
-    for (const PictureChoice& choice : ladder.choices)
+    for (const PictureChoice& choice : picture_encodings.choices)
       has_others = has_others || choice.encoding.quality != 77;
-    EXPECT_EQ(has_others, ladder.picture == PictureSlot::normal);
+    EXPECT_EQ(has_others, picture_encodings.picture == PictureSlot::normal);
   }
   // JPEG has no alpha.
   Image opacity = image_of(64, 1);
   maps.opacity = &opacity;
   jpeg.any_format = true;
-  for (const PictureLadder& ladder : picture_ladders(maps, jpeg)) {
-    if (ladder.picture != PictureSlot::color) continue;
-    for (const PictureChoice& choice : ladder.choices) {
+  for (const PictureEncodings& picture_encodings : encode_pictures(maps, jpeg)) {
+    if (picture_encodings.picture != PictureSlot::color) continue;
+    for (const PictureChoice& choice : picture_encodings.choices) {
       EXPECT_EQ(choice.encoding.format, PictureFormat::png);
       EXPECT_EQ(load_image(choice.data).channels, 4U);
     }
@@ -322,19 +324,19 @@ TEST(PictureFit, KeepsWhatMayFit) {
   maps.normal = &normal;
   PictureFitOptions options = png_alone();
   options.max_picture_bytes = 8000;
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
-  EXPECT_GE(ladders[0].choices.size(), 2U);
-  EXPECT_LT(ladders[0].choices.front().bytes, 8000U);
+  const std::vector<PictureEncodings> encodings_by_picture = encode_pictures(maps, options);
+  EXPECT_GE(encodings_by_picture[0].choices.size(), 2U);
+  EXPECT_LT(encodings_by_picture[0].choices.front().bytes, 8000U);
   options.max_picture_bytes = 1;
-  EXPECT_EQ(picture_ladders(maps, options)[0].choices.size(), 1U);
+  EXPECT_EQ(encode_pictures(maps, options)[0].choices.size(), 1U);
 }
 
 /// Bytes and errors between two qualities of one size lie on a line in log-log scale.
 TEST(PictureFit, EstimatesQualitiesBetweenThoseTried) {
-  PictureLadder ladder;
+  PictureEncodings picture_encodings;
   const auto add = [&](std::size_t level, PictureFormat format, std::uint32_t quality,
                        std::uint64_t bytes, double error) {
-    PictureChoice& choice = ladder.choices.emplace_back();
+    PictureChoice& choice = picture_encodings.choices.emplace_back();
     choice.level = level;
     choice.width = choice.height = 256U >> level;
     choice.encoding.format = format;
@@ -347,7 +349,7 @@ TEST(PictureFit, EstimatesQualitiesBetweenThoseTried) {
   add(1, PictureFormat::jpeg, 65, 8000, 1);
   add(0, PictureFormat::jpeg, 50, 24000, 0.5);
   add(0, PictureFormat::png, 0, 90000, 0.1);
-  add_intermediate_qualities(ladder);
+  add_intermediate_qualities(picture_encodings);
   struct Rung {
     std::size_t level;
     std::uint32_t quality;
@@ -359,9 +361,9 @@ TEST(PictureFit, EstimatesQualitiesBetweenThoseTried) {
       {1, 50, 1000, 8},        {1, 55, 2000, 4},       {0, 35, 3000, 2.9},
       {1, 60, 4000, 2},        {0, 40, 6000, 1.61427}, {1, 65, 8000, 1},
       {0, 45, 12000, 0.89841}, {0, 50, 24000, 0.5},    {0, 0, 90000, 0.1}};
-  ASSERT_EQ(ladder.choices.size(), wanted.size());
+  ASSERT_EQ(picture_encodings.choices.size(), wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const PictureChoice& choice = ladder.choices[i];
+    const PictureChoice& choice = picture_encodings.choices[i];
     EXPECT_EQ(choice.level, wanted[i].level) << i;
     EXPECT_EQ(choice.width, 256U >> wanted[i].level) << i;
     EXPECT_EQ(choice.encoding.quality, wanted[i].quality) << i;
@@ -378,11 +380,11 @@ TEST(PictureFit, EstimatesAreNearAllQualities) {
   maps.normal = &normal;
   PictureFitOptions options;
   options.max_picture_bytes = 1U << 30U;
-  const std::vector<PictureLadder> few = picture_ladders(maps, options);
-  std::vector<PictureLadder> estimated = few;
+  const std::vector<PictureEncodings> few = encode_pictures(maps, options);
+  std::vector<PictureEncodings> estimated = few;
   add_intermediate_qualities(estimated[0]);
   options.all_qualities = true;
-  const std::vector<PictureLadder> all = picture_ladders(maps, options);
+  const std::vector<PictureEncodings> all = encode_pictures(maps, options);
   double deviation_of_few = 0, deviation_of_estimates = 0;
   for (double budget = 1.1 * static_cast<double>(least_bytes(all)); budget < 30000;
        budget *= 1.03) {

@@ -204,7 +204,7 @@ TEST(DeviationBound, HoldsEverySample) {
   for (Vec3& p : dense.positions) p = to_float(to_double(p) * 0.28);
   std::vector<Vec3d> points;
   for (const Vec3& p : dense.positions) points.push_back(to_double(p));
-  const BoundSamples samples(dense.positions, dense.triangles, 1 << 18);
+  const DeviationSamples samples(dense.positions, dense.triangles, 1 << 18);
   EXPECT_EQ(samples.points.size(), dense.positions.size() + dense.triangles.size());
   const double bound = 0.004;
   const auto measured = [&](const CollapseMesh& mesh) {
@@ -223,7 +223,7 @@ TEST(DeviationBound, HoldsEverySample) {
   EXPECT_TRUE(limit.was_within_bound());
   collapser.limit_deviation(&limit, 0, bound);
   collapser.run(0);
-  EXPECT_TRUE(limit.has_refused());
+  EXPECT_TRUE(limit.has_rejected_collapse());
   const std::size_t before = mesh.faces;
   EXPECT_LT(before, 320U);  // Measured: 304.
   EXPECT_LE(measured(mesh).largest, bound * (1 + 1e-6));
