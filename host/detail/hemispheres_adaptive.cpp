@@ -88,7 +88,7 @@ void Hemispheres::rotate_picked(std::uint32_t count, std::uint32_t round,
                                 cl::Array<std::uint32_t>& sample_rotations) {
   make_room(context_, sample_rotations, round_up_to_lanes(count));
   const kiln_pick_params params{count, 0, 0, 0, 1, round};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_rotate_round"), count, kLocal,
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_renew_rotations"), count, kLocal,
                   params, picked_indices_, keys_, sample_rotations);
 }
 

@@ -127,7 +127,7 @@ class OwnMapMaker : public MapMaker {
       values_ = cl::Array<float>(context_, std::size_t{4} * band.capacity);
     }
     const Tree& tree = source_.rays().tree();
-    kiln_own_params params{};
+    kiln_user_map_params params{};
     params.low_capacity = params.out_capacity = band.capacity;
     params.hit_capacity = match.capacity;
     params.two_sided = two_sided_ ? 1 : 0;
@@ -143,7 +143,7 @@ class OwnMapMaker : public MapMaker {
     auto run_scope = std::make_unique<cl::OwnMapRun>(message_label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
-      const auto launch = [&](const kiln_own_params& of) {
+      const auto launch = [&](const kiln_user_map_params& of) {
         context_.launch(kernel_, params.end - params.first, kLocal, of, band.triangle,
                         band.barycentric, band.points, shading_, match.triangle, match.barycentric,
                         match.distance, match.status, positions_, triangles_,
@@ -154,7 +154,7 @@ class OwnMapMaker : public MapMaker {
         // At the first launch, PoCL compiles the kernel again for the size of its work-groups. This
         // launch has the same size but no samples, so that the compilation is timed separately from
         // the function.
-        kiln_own_params none = params;
+        kiln_user_map_params none = params;
         none.end = none.first;
         launch(none);
         if (!context_.finish_within(seconds_to_compile_))

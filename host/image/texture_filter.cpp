@@ -245,13 +245,13 @@ const FilteredTexture::Level& FilteredTexture::level(std::size_t number) const {
   if (number < built_levels_.load(std::memory_order_acquire)) return levels_[number];
   const std::lock_guard lock(levels_mutex_);
   for (std::size_t made = built_levels_.load(std::memory_order_relaxed); made <= number; ++made) {
-    fill_half(levels_[made - 1], levels_[made]);
+    downsample(levels_[made - 1], levels_[made]);
     built_levels_.store(made + 1, std::memory_order_release);
   }
   return levels_[number];
 }
 
-void FilteredTexture::fill_half(const Level& level, Level& next) const {
+void FilteredTexture::downsample(const Level& level, Level& next) const {
   next.memory.resize(std::size_t{next.width} * next.height * stored_channels_);
   next.pixels = next.memory.data();
   const std::size_t rows = std::max<std::size_t>(1, kGrain / next.width);

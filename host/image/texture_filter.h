@@ -87,7 +87,7 @@ class FilteredTexture {
   };
 
   void convert(const Image& image, TextureKind kind, const TextureReading& reading);
-  void fill_half(const Level& level, Level& next) const;
+  void downsample(const Level& level, Level& next) const;
   const Level& level(std::size_t number) const;
 
   std::shared_ptr<const Image> image_;

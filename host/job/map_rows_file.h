@@ -14,7 +14,7 @@ namespace kiln {
 
 /// Properties of a map's values before they are converted to those that files store, for warnings about its format.
 struct MapValues {
-  RangeExcess excess;  ///< Result of beyond_range()
+  RangeExcess excess;  ///< Number of texels out of the map's range, and the worst one
   /// Largest magnitude of finite baked values; 0 for maps of a fixed range
   float max_magnitude = 0;
 

@@ -56,7 +56,7 @@ std::string quote_files(const std::vector<std::string>& files);
 /// Warns if the UV layouts of different files overlap without being identical, since they cannot share a map.
 void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings);
 
-/// The role of a mesh file; other: an occluder.
+/// The role of a mesh file: `high` and `low` are the meshes of the bake, `other` is an occluder.
 enum class MeshSide { high, low, other };
 
 /// Parses a value of --high-normals: "auto", "file", "smooth", "flat" or an angle. \throws Error(usage)

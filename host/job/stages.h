@@ -77,8 +77,8 @@ struct PolygonCounts {
 /// The low poly: read, made from the high poly, or planned.
 struct LowMesh {
   Mesh mesh;
-  std::string path;           ///< The path of its file, for messages
-  std::string stem;           ///< Stem of the names of its maps
+  std::string path;           ///< Path of the mesh's file, for messages
+  std::string stem;           ///< Stem of the file names of the mesh's maps
   Asset nodes_and_materials;  ///< MeshFiles::nodes_and_materials of a low poly that was read
   Mesh hulls;                 ///< MeshFiles::hulls of a low poly that was read
   /// True if Kiln made the mesh, its UVs or its normals, so that it is written beside the maps
@@ -104,14 +104,14 @@ struct BakedSet {
   std::uint32_t width = 0, height = 0;
   std::string word;                    ///< The text that stands for the set in file names
   std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
-  std::optional<Reasons> reasons;      ///< The reasons of --reasons
+  std::optional<Reasons> reasons;  ///< Why samples have a match or none; nullopt without --reasons
 };
 
 /// Parts of the names of a set's files, or of the only layout's.
 struct SetNames {
   std::string stem;   ///< Stem with the material or object: "low_glass"
-  std::string tile;   ///< Suffix of a UDIM tile: ".1001"
-  std::string match;  ///< Suffix of a saved match: "_glass" or ".1001"
+  std::string tile;   ///< Suffix for a UDIM tile, such as ".1001"
+  std::string match;  ///< Suffix for a saved match, such as "_glass" or ".1001"
 };
 
 /// The meshes and texture sets of a bake. A view: all members outlive it.
@@ -150,7 +150,7 @@ struct BakedLayout {
   /// need the bake of a map; it is not written.
   bool sampled_images_alone = false;
   std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
-  std::optional<Reasons> reasons;      ///< The reasons of --reasons
+  std::optional<Reasons> reasons;  ///< Why samples have a match or none; nullopt without --reasons
   /// Files of maps that are written during the bake; `result` has these maps without pixels
   std::vector<std::unique_ptr<MapFile>> files;
   StoredMaps stored;

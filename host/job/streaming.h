@@ -18,7 +18,7 @@ class ChunkedMesh;
 /// Memory that an operation needs if it reads the whole high poly.
 struct MemoryNeed {
   std::uint64_t bytes_per_triangle;      ///< Typical number of bytes per triangle
-  std::uint64_t min_bytes_per_triangle;  ///< Lower bound of bytes_per_triangle
+  std::uint64_t min_bytes_per_triangle;  ///< Lower bound of the bytes per triangle
   std::uint64_t other_bytes = 0;         ///< Bytes that do not depend on the high poly
 };
 
@@ -48,7 +48,7 @@ struct LargeFile {
 /// How a high poly that is larger than memory is read.
 struct StreamedReading {
   Triangulation triangulation = Triangulation::automatic;  ///< Rule for polygons
-  bool keep_hulls = false;                                 ///< See drop_hidden_hulls()
+  bool keep_hulls = false;  ///< Keeps what drop_hidden_hulls() would remove
 };
 
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is

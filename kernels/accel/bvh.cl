@@ -248,7 +248,7 @@ static inline uint bvh_digit(ulong key, uint shift) {
   return (uint)(key >> shift) & (KILN_BVH_DIGITS - 1);
 }
 
-/// \param counts  number of runs for digit 0, then for digit 1, and so on
+/// \param counts  number of keys with digit 0 in each run, then with digit 1 in each run, and so on
 kernel void kiln_bvh_count_digits(const uint count, const uint runs, const uint shift,
                                   global const ulong* restrict keys, global uint* restrict counts) {
   const size_t run = get_global_id(0);
@@ -379,7 +379,7 @@ kernel void kiln_bvh_search(const uint count, global const uint* restrict cluste
   partners[i] = partner;
 }
 
-/// Makes neighbours partners by twos.
+/// Makes clusters 2 k and 2 k + 1 partners; the last one of an odd number has none.
 kernel void kiln_bvh_pair(const uint count, global uint* restrict partners) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
@@ -453,7 +453,7 @@ static inline uint bvh_children(global const kiln_bvh_branch* branches, global c
     for (int side = 0; side < 2; ++side) {
       const uint k = side == 0 ? (uint)widest : count;
       global const kiln_bvh_branch* child = branches + children[k];
-      // Leaves get a negative area: they stay.
+      // Leaves get a negative area, so that they are not replaced by their children.
       areas[k] = sizes[children[k]] <= KILN_BVH_LEAF_TRIANGLES
                      ? -1.0f
                      : bvh_joint_half_area(child, child);

@@ -17,7 +17,7 @@
 //
 // kernel                                global       local  memory traffic an item
 // kiln_hemisphere_gather                samples      64     reads 44 B (gathered), writes 40 B
-// kiln_hemisphere_rotate_round          samples      64     reads 8 B (gathered), writes 4 B
+// kiln_hemisphere_renew_rotations       samples      64     reads 8 B (gathered), writes 4 B
 // kiln_hemisphere_rays                  rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_count_open            samples / 8  8      reads 8 B a row of rays, writes 32 B
 // kiln_hemisphere_count_open_by_sample  samples      64     reads 4 B + 1 B a ray, writes 4 B
@@ -61,10 +61,10 @@ kernel void kiln_hemisphere_gather(
 }
 
 /// Computes new rotations about the normals of the same samples, for another round of rays.
-kernel void kiln_hemisphere_rotate_round(const kiln_pick_params params,
-                                         global const uint* restrict samples,
-                                         global const uint* restrict keys,
-                                         global uint* restrict to_turns) {
+kernel void kiln_hemisphere_renew_rotations(const kiln_pick_params params,
+                                            global const uint* restrict samples,
+                                            global const uint* restrict keys,
+                                            global uint* restrict to_turns) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   to_turns[i] = hemisphere_turn(keys[samples[i]], params.round);

@@ -24,7 +24,7 @@ static inline float3 own_normalize(float3 v, float3 fallback) {
 /// Computes the values of samples [first, end) as four planes. Samples without a point get 0.
 /// \param low_points  position (frame units) and direction, planes
 /// \param uvs         per corner index if has_uvs; u and v interleaved
-kernel void kiln_own_values(const kiln_own_params params,
+kernel void kiln_own_values(const kiln_user_map_params params,
                             global const uint* restrict low_triangle,
                             global const float* restrict low_barycentric,
                             global const float* restrict low_points,

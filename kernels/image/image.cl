@@ -55,7 +55,7 @@ typedef ushort gutter_offset;
 // Distance to the nearest source along the column: that of the previous texel plus 1, or 0 at a source; clamped to
 // `limit`.
 static int8 gutter_step(int8 previous, uchar8 mask, int limit) {
-  const int8 empty = convert_int8(mask) - 1;  // -1 (all bits) for texels without a source, else 0
+  const int8 empty = convert_int8(mask) - 1;  // mask: all bits set for texels without a source, else 0
   return min(previous + 1, (int8)limit) & empty;
 }
 

@@ -66,7 +66,7 @@ kernel void kiln_match_limit(const uint count,
                              global const float* restrict points,
                              global const uint* restrict met,
                              global const float* restrict distance,
-                             global float* limit) {  // may be one plane of the array of points
+                             global float* limit) {  // [count]; a plane of the array of points is allowed
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;

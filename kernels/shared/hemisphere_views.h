@@ -4,7 +4,8 @@
 
 #include "shared/common.h"
 
-/// Planes of sums: cosines of even and of odd open directions, then of all even and odd directions.
+/// Number of planes of sums. They hold sums of cosines: over the open directions with even numbers, the open ones with
+/// odd numbers, all with even numbers, and all with odd numbers.
 #define KILN_HEMISPHERE_VIEW_SUMS 4
 
 struct kiln_hemisphere_views_params {
@@ -16,7 +17,7 @@ struct kiln_hemisphere_views_params {
   kiln_uint first_view;   // index of the batch's first direction
   // depth tolerance in the pictures' units: a surface hides a sample only if it is nearer by more than this
   kiln_float bias;
-  kiln_float scale;       // converts the points to the pictures' units
+  kiln_float scale;       // factor that converts points to the pictures' units
 };
 typedef struct kiln_hemisphere_views_params kiln_hemisphere_views_params;
 KILN_CHECK_SIZE(kiln_hemisphere_views_params, 32);

@@ -4,7 +4,7 @@
 
 #include "shared/common.h"
 
-struct kiln_own_params {
+struct kiln_user_map_params {
   kiln_uint first;         ///< First sample of this launch
   kiln_uint end;           ///< One past the last sample of this launch
   kiln_uint low_capacity;  ///< Elements per component plane of the low poly's samples
@@ -18,7 +18,7 @@ struct kiln_own_params {
   kiln_float center_y;
   kiln_float center_z;
 };
-typedef struct kiln_own_params kiln_own_params;
-KILN_CHECK_SIZE(kiln_own_params, 48);
+typedef struct kiln_user_map_params kiln_user_map_params;
+KILN_CHECK_SIZE(kiln_user_map_params, 48);
 
 #endif

@@ -34,7 +34,7 @@ struct kiln_ray_params {
   kiln_float offset;
   kiln_uint flags;
   kiln_uint first;     ///< First sample of this launch
-  kiln_uint end;       ///< One past its last sample
+  kiln_uint end;       ///< Index one past its last sample
   kiln_uint capacity;  ///< Elements per component plane of the points
   kiln_uint result_capacity;  ///< Elements per component plane of the barycentrics
 };

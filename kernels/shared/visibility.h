@@ -35,9 +35,9 @@ struct kiln_visibility_params {
   kiln_uint view_size;  ///< Pixels a side
   /// Depth tolerance in frame units: a surface hides a sample only if it is nearer by more than this
   kiln_float bias;
-  kiln_float scale;     ///< Converts the points to the pictures' units
+  kiln_float scale;     ///< Factor that converts points to the pictures' units
   kiln_uint out_capacity;     ///< Elements per component plane of the output of kiln_visibility_prepare
-  kiln_uint first_direction;  ///< First direction of the batch
+  kiln_uint first_direction;  ///< Index of the batch's first direction
 };
 typedef struct kiln_visibility_params kiln_visibility_params;
 KILN_CHECK_SIZE(kiln_visibility_params, 32);

@@ -64,8 +64,8 @@ KILN_CHECK_SIZE(kiln_volume_qef, 56);
 
 /// A vertex of the finest contour.
 typedef struct kiln_volume_vertex {
-  kiln_float position[3];  ///< World, relative to the volume's origin
-  kiln_float normal[3];    ///< World, unit
+  kiln_float position[3];  ///< In world units, relative to the volume's origin
+  kiln_float normal[3];    ///< Unit vector in world space
 } kiln_volume_vertex;
 KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 

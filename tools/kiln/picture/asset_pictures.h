@@ -23,8 +23,8 @@ struct DrawnAsset {
   Image with_maps, errors;
   double without_maps_degrees = 0;  ///< Mean angle between rendered normals of HIGH and LOW
   double with_maps_degrees = 0;     ///< Mean angle between HIGH and LOW with its maps
-  double scale_degrees = 0;         ///< Angle that the brightest colour in `errors` shows, degrees
-  std::string note;                 ///< Reason why a picture is missing; empty if none is missing
+  double scale_degrees = 0;  ///< Angle in degrees that the brightest colour in `errors` shows
+  std::string note;          ///< Reason why a picture is missing; empty if none is missing
 };
 
 /// Draws the inputs and outputs of a job, from the default view of `kiln render`.
