@@ -148,6 +148,11 @@ std::vector<BakeOptions> occlusions(std::uint32_t size, const Mesh& other) {
   all[5].occlusion.rays = 600;  // rays grouped by sample
   all[5].occlusion.by_high = false;
   all[5].occlusion.by_low = true;
+  all.push_back(all[5]);  // views of the low poly
+  all.back().occlusion.by = OcclusionBy::views;
+  all.push_back(options);  // views that no map uses
+  all.back().maps = {MapKind::normal, find_map("thickness").kind, find_map("shadow").kind};
+  all.back().occlusion.by = OcclusionBy::views;
   return all;
 }
 
@@ -444,19 +449,6 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
             std::string::npos);
   options.maps = {find_map("ao").kind};
   EXPECT_TRUE(streaming_obstacle(options).empty());
-  for (const OcclusionBy by : {OcclusionBy::views, OcclusionBy::automatic}) {
-    options.occlusion.by = by;
-    EXPECT_NE(streaming_obstacle(options).text().find("occlusion by views needs the whole"),
-              std::string::npos);
-    options.occlusion.by = OcclusionBy::rays;
-    MapVariant near;
-    near.kind = options.maps[0];
-    near.name = "near";
-    near.occlusion.emplace().by = by;
-    options.variants = {near};
-    EXPECT_FALSE(streaming_obstacle(options).empty());
-    options.variants = {};
-  }
   options = options_for(64, false);
   options.match.method = find_match("views").method;
   EXPECT_NE(streaming_obstacle(options).text().find("match by ray, closest or axis"),
@@ -473,6 +465,68 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   options.color.emplace();
   EXPECT_NE(streaming_obstacle(options).text().find("a picture of the high poly needs"),
             std::string::npos);
+}
+
+// Only maps that may show the high poly in depth views need all of it.
+TEST(Streaming, OcclusionByViewsIsRefusedWhereAMapUsesIt) {
+  const auto is_refused = [](const BakeOptions& options) {
+    const std::string obstacle = streaming_obstacle(options).text();
+    EXPECT_TRUE(obstacle.empty() || obstacle.starts_with("occlusion by views needs the whole"))
+        << obstacle;
+    return !obstacle.empty();
+  };
+  BakeOptions plain = options_for(64, false);
+  plain.maps = {MapKind::normal};
+  MapVariant near;
+  near.name = "near";
+  for (const OcclusionBy by : {OcclusionBy::views, OcclusionBy::automatic}) {
+    BakeOptions options = plain;
+    options.occlusion.by = by;
+    EXPECT_FALSE(is_refused(options));
+    for (const char* const rays : {"shadow", "thickness"}) {
+      options.maps = {MapKind::normal, find_map(rays).kind};
+      EXPECT_FALSE(is_refused(options)) << rays;
+    }
+    for (const char* const views : {"ao", "bent_normal"}) {
+      options.maps = {MapKind::normal, find_map(views).kind};
+      EXPECT_TRUE(is_refused(options)) << views;
+      // A variant has the options of its own, or those of the bake.
+      BakeOptions varied = plain;
+      near.kind = options.maps[1];
+      near.occlusion.emplace().by = by;
+      varied.variants = {near};
+      EXPECT_TRUE(is_refused(varied)) << views;
+      varied.variants[0].kind = MapKind::normal;
+      EXPECT_FALSE(is_refused(varied)) << views;
+      varied.variants[0].kind = near.kind;
+      varied.variants[0].occlusion.reset();
+      EXPECT_FALSE(is_refused(varied)) << views;
+      varied.occlusion.by = by;
+      EXPECT_TRUE(is_refused(varied)) << views;
+      varied.variants[0].occlusion.emplace();
+      EXPECT_FALSE(is_refused(varied)) << views;
+    }
+    // Views of the low poly alone
+    options.occlusion.by_low = true;
+    EXPECT_TRUE(is_refused(options));
+    options.occlusion.by_high = false;
+    EXPECT_FALSE(is_refused(options));
+  }
+  // What views do not support is always gathered by rays.
+  plain.maps = {find_map("ao").kind};
+  plain.occlusion.by = OcclusionBy::automatic;
+  EXPECT_TRUE(is_refused(plain));
+  const auto with = [&](const std::function<void(OcclusionOptions&)>& change) {
+    BakeOptions options = plain;
+    change(options.occlusion);
+    return is_refused(options);
+  };
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.distance = Length::share(0.1); }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.falloff = OcclusionFalloff::smooth; }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.back_faces = false; }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.max_error = 1; }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.rays = 65; }));
+  EXPECT_TRUE(with([](OcclusionOptions& to) { to.rays = 64; }));
 }
 
 TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
