@@ -264,11 +264,11 @@ class StlListReader : public ParsedMeshReader, private StlTextParser {
     finish();
     return lists_.finish(offsets);
   }
-  /// Lines may end with CR alone; CR LF is not cut.
+  /// Lines may end with CR alone. A CR at the end of the piece may be the first half of CR LF, which is not cut.
   std::size_t end_of_lines(std::string_view piece) const override {
     for (std::size_t end = piece.size(); end != 0; --end) {
       const char last = piece[end - 1];
-      if (last == '\n' || (last == '\r' && end < piece.size() && piece[end] != '\n')) return end;
+      if (last == '\n' || (last == '\r' && end < piece.size())) return end;
     }
     return 0;
   }
