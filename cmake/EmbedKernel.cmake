@@ -4,8 +4,11 @@
 #               -DFAMILY=ray -P EmbedKernel.cmake
 #
 # `#include "lib/x.clh"` is resolved against ROOT, once per file. Each line keeps its original file and line number, so
-# that compiler messages and debuggers name the true place. Comment lines become empty and indentation is removed, because
-# C++ compilers need not accept literals above 65,536 characters.
+# that compiler messages and debuggers name the true place. Comment lines become empty and indentation is removed, which
+# halves the text.
+#
+# The text is an array of literals of at most 12,000 bytes, ended by a null pointer and joined by host/cl/embedded.cpp:
+# C++ compilers need not accept literals above 65,536 characters (16,380 bytes in MSVC), and adjacent literals count as one.
 
 cmake_policy(VERSION 3.25)
 
@@ -13,8 +16,6 @@ set(dependencies "")
 set(included "")
 set(text "")
 
-# Raw string literals can contain any text except their end mark. Long literals are split, since compilers limit their
-# length.
 function(flatten file)
   if(file IN_LIST included)
     return()
@@ -57,20 +58,30 @@ string(REPLACE "@KILN_OPEN@" "[" text "${text}")
 string(REPLACE "@KILN_CLOSE@" "]" text "${text}")
 string(REPLACE "@KILN_BACKSLASH@" "\\" text "${text}")
 
+# Raw string literals can contain any text except their end mark. Pieces end with a line, unless it is longer than they
+# may be.
+set(most 12000)
 set(literals "")
 string(LENGTH "${text}" length)
 set(start 0)
 while(start LESS length)
-  string(SUBSTRING "${text}" ${start} 12000 piece)
-  string(APPEND literals "    R\"KILN(${piece})KILN\"\n")
-  math(EXPR start "${start} + 12000")
+  string(SUBSTRING "${text}" ${start} ${most} piece)
+  string(LENGTH "${piece}" taken)
+  math(EXPR end "${start} + ${taken}")
+  string(FIND "${piece}" "\n" last REVERSE)
+  if(end LESS length AND last GREATER -1)
+    math(EXPR taken "${last} + 1")
+    string(SUBSTRING "${piece}" 0 ${taken} piece)
+  endif()
+  string(APPEND literals "    R\"KILN(${piece})KILN\",\n")
+  math(EXPR start "${start} + ${taken}")
 endwhile()
 
 file(WRITE "${OUTPUT}.new"
   "// Generated from kernels/${name} by cmake/EmbedKernel.cmake.\n"
   "namespace kiln::ocl::embedded {\n"
-  "extern const char ${FAMILY}[];\n"
-  "const char ${FAMILY}[] =\n${literals}    ;\n"
+  "extern const char* const ${FAMILY}[];\n"
+  "const char* const ${FAMILY}[] = {\n${literals}    nullptr};\n"
   "}  // namespace kiln::ocl::embedded\n")
 file(RENAME "${OUTPUT}.new" "${OUTPUT}")
 string(REPLACE " " "\\ " dependencies "${dependencies}")

@@ -1,5 +1,5 @@
-# kiln_embed_kernels(TARGET ROOM/FAMILY...): adds kernels/<room>/<family>.cl to a target as string constants,
-# with a lookup table by family name.
+# kiln_embed_kernels(TARGET ROOM/FAMILY...): adds kernels/<room>/<family>.cl to a target as arrays of string
+# constants, with a lookup table by family name.
 function(kiln_embed_kernels target)
   set(directory "${CMAKE_CURRENT_BINARY_DIR}/embedded")
   file(MAKE_DIRECTORY "${directory}")
@@ -20,7 +20,7 @@ function(kiln_embed_kernels target)
       VERBATIM)
     target_sources(${target} PRIVATE "${output}")
     set_source_files_properties("${output}" PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
-    string(APPEND declarations "extern const char ${family}[];\n")
+    string(APPEND declarations "extern const char* const ${family}[];\n")
     string(APPEND rows "  if (family == \"${family}\") return embedded::${family};\n")
   endforeach()
   file(CONFIGURE OUTPUT "${directory}/table.cpp" CONTENT [[
@@ -29,8 +29,8 @@ function(kiln_embed_kernels target)
 namespace kiln::ocl {
 namespace embedded {
 @declarations@}  // namespace embedded
-std::string_view embedded_source(std::string_view family) {
-@rows@  return {};
+const char* const* embedded_pieces(std::string_view family) {
+@rows@  return nullptr;
 }
 }  // namespace kiln::ocl
 ]] @ONLY)

@@ -53,10 +53,10 @@ std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t s
   return static_cast<std::uint32_t>(std::clamp(max_views, 1.0, double{kDepthViewsPerLaunch}));
 }
 
-DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
+DepthViews::DepthViews(cl::Context& context, ViewedSurface& surface,
                        const std::vector<Vec3d>& directions, std::uint32_t size, bool two_sided,
-                       const ViewArea& area)
-    : context_(context), rasterizer_(rasterizer) {
+                       const ViewArea& area, ViewUse use)
+    : context_(context) {
   std::uint32_t first_view = 0;
   for (const Vec3d& toward : directions) {
     kiln_view view = make_view(toward, area.radius, size, area.center);
@@ -67,7 +67,8 @@ DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
   }
   device_views_ = cl::Array<kiln_view>(context, std::span<const kiln_view>(views_));
   batch_keys_ = DepthKeys(context, first_view);
-  rasterizer.draw(views_, batch_keys_);
+  surface.draw(views_, batch_keys_);
+  if (use == ViewUse::match) shown_ = surface.show(batch_keys_);
 }
 
 void DepthViews::reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
@@ -102,8 +103,8 @@ void DepthViews::match(const cl::Array<float>& points, std::uint32_t count, std:
   values.result_capacity = result.capacity;
   const cl::Kernel kernel = context_.kernel("views", "kiln_views_match");
   context_.launch(kernel, count, context_.group_size(kernel, context_.tuning().view_group, kLocal),
-                  values, device_views_, batch_keys_.keys, batch_keys_.drawn,
-                  rasterizer_.triangles(), rasterizer_.positions(), points, score, result.triangle,
+                  values, device_views_, batch_keys_.keys, batch_keys_.drawn, shown_->triangles,
+                  shown_->positions, shown_->ids, points, score, result.triangle,
                   result.barycentric, result.distance, result.status);
 }
 

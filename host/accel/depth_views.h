@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "accel/raster.h"
@@ -34,12 +35,19 @@ struct ViewQuery {
   ViewArea area;           ///< The area that the view shows
 };
 
+/// What depth views are drawn for.
+enum class ViewUse {
+  match,  ///< DepthViews::match()
+  probe,  ///< DepthViews::probe() alone, which needs no triangles
+};
+
 /// Depth views on the device. They are drawn once, and any number of bands of samples can be matched with them.
 class DepthViews {
  public:
   /// \param size  pixels a side of each view
-  DepthViews(cl::Context& context, Rasterizer& rasterizer, const std::vector<Vec3d>& directions,
-             std::uint32_t size, bool two_sided, const ViewArea& area);
+  DepthViews(cl::Context& context, ViewedSurface& surface, const std::vector<Vec3d>& directions,
+             std::uint32_t size, bool two_sided, const ViewArea& area,
+             ViewUse use = ViewUse::match);
 
   /// Improves the correspondence of samples [0, count) of `points` where a view is better than a
   /// sample's current `score`; ties keep the earlier view.
@@ -68,10 +76,10 @@ class DepthViews {
                            const ViewQuery& query) const;
 
   cl::Context& context_;
-  const Rasterizer& rasterizer_;
   std::vector<kiln_view> views_;
   cl::Array<kiln_view> device_views_;
   DepthKeys batch_keys_;
+  std::shared_ptr<const ShownTriangles> shown_;  // Null for ViewUse::probe
 };
 
 }  // namespace kiln

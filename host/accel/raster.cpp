@@ -32,23 +32,6 @@ void store_vector(const Vec3d& from, kiln_float to[3]) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// Squared radius of the ball around the origin that contains the part of a mesh that views can show.
-double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  std::vector<double> largest_of_tasks((triangles.size() >> 16) + 1, 0.0);
-  parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    double largest_squared = 0;
-    for (std::size_t t = begin; t < end; ++t) {
-      for (const std::uint32_t i : triangles[t]) {
-        const Vec3d p = to_double(positions[i]);
-        const double squared = dot(p, p);
-        if (is_in_views(positions[i])) largest_squared = std::max(largest_squared, squared);
-      }
-    }
-    largest_of_tasks[begin >> 16] = largest_squared;
-  });
-  return *std::max_element(largest_of_tasks.begin(), largest_of_tasks.end());
-}
-
 RasterPath choose_path(const cl::Context& context, RasterPath requested_path) {
   const DeviceInfo& info = context.info();
   // On Mesa's rusticl, tiles.cl draws incorrect pictures and is 160 times slower (40 KiB of private
@@ -62,6 +45,23 @@ RasterPath choose_path(const cl::Context& context, RasterPath requested_path) {
 }
 
 }  // namespace
+
+double radius_in_views(const TriangleBlocks& mesh) {
+  std::vector<double> largest_of_blocks(mesh.size() + 1, 0.0);
+  mesh.for_each([&](std::size_t block, std::span<const Triangle> triangles) {
+    double largest_squared = 0;
+    for (const Triangle& triangle : triangles) {
+      for (const std::uint32_t i : triangle) {
+        const Vec3& position = mesh.positions()[i];
+        const Vec3d p = to_double(position);
+        const double squared = dot(p, p);
+        if (is_in_views(position)) largest_squared = std::max(largest_squared, squared);
+      }
+    }
+    largest_of_blocks[block] = largest_squared;
+  });
+  return std::sqrt(*std::max_element(largest_of_blocks.begin(), largest_of_blocks.end()));
+}
 
 std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_view& view) const {
   const std::uint64_t stored = count(view.width, view.height);
@@ -107,12 +107,12 @@ Rasterizer::Rasterizer(cl::Context& context, std::span<const Vec3> positions,
     : context_(context),
       vertex_count_(static_cast<std::uint32_t>(positions.size())),
       triangle_count_(static_cast<std::uint32_t>(triangles.size())),
-      radius_(std::sqrt(squared_radius(positions, triangles))),
+      radius_(radius_in_views({positions, triangles})),
       path_(choose_path(context, path)) {
   static_assert(sizeof(Vec3) == 12 && sizeof(Triangle) == 12);
-  positions_ = cl::Array<float>(
+  mesh_->positions = cl::Array<float>(
       context, std::span(reinterpret_cast<const float*>(positions.data()), positions.size() * 3));
-  triangles_ = cl::Array<std::uint32_t>(
+  mesh_->triangles = cl::Array<std::uint32_t>(
       context,
       std::span(reinterpret_cast<const std::uint32_t*>(triangles.data()), triangles.size() * 3));
   if (path_ == RasterPath::tiles) {
@@ -191,19 +191,20 @@ void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
   context_.launch(kernel("kiln_raster_clear"), count / 8, kLocal, view.first, count, keys.keys,
                   keys.drawn);
   context_.launch(kernel("kiln_raster_project"), vertex_count_, kLocal, view, vertex_count_,
-                  positions_, projected_);
+                  mesh_->positions, projected_);
   context_.fill(queue_size_, std::uint32_t{0});
   // Without 64-bit atomics, one pass writes the nearest depths, a second one the lowest triangle index at each depth.
   for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
     for (std::uint32_t first = 0; first < triangle_count_; first += kItemsPerLaunch) {
       const std::uint32_t batch_count = std::min(kItemsPerLaunch, triangle_count_ - first);
       const cl::Kernel small = kernel("kiln_raster_small");
-      context_.launch(
-          small, batch_count, context_.group_size(small, context_.tuning().raster_group, kLocal),
-          view, first, batch_count, pass, triangles_, projected_, keys.keys, queue_size_, queue_);
+      context_.launch(small, batch_count,
+                      context_.group_size(small, context_.tuning().raster_group, kLocal), view,
+                      first, batch_count, pass, mesh_->triangles, projected_, keys.keys,
+                      queue_size_, queue_);
     }
     context_.launch(kernel("kiln_raster_large"), kLocal * KILN_RASTER_BANDS, kLocal, view, pass,
-                    triangles_, projected_, keys.keys, queue_size_, queue_);
+                    mesh_->triangles, projected_, keys.keys, queue_size_, queue_);
   }
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "cl/context.h"
 #include "kiln/types.h"
 #include "mesh/kernels_shared.h"
+#include "mesh/triangle_blocks.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -39,6 +42,40 @@ struct DepthKeys {
   cl::Array<std::uint8_t> drawn;  ///< Per tile: 0 if it is empty and its keys are undefined
 };
 
+/// The triangles to which the keys of depth views refer.
+struct ShownTriangles {
+  cl::Array<std::uint32_t> triangles;  ///< [3 * triangles]
+  cl::Array<float> positions;          ///< [3 * vertices]
+  cl::Array<std::uint32_t> ids;        ///< Index in the mesh of each triangle; empty: its own index
+};
+
+/// A surface of which depth views are drawn. The triangle of a pixel depends on mesh and view alone: it is the nearest
+/// one, or among equally near ones the lowest.
+class ViewedSurface {
+ public:
+  ViewedSurface() = default;
+  ViewedSurface(const ViewedSurface&) = delete;
+  ViewedSurface& operator=(const ViewedSurface&) = delete;
+  virtual ~ViewedSurface() = default;
+
+  /// Radius around the origin that contains all finite vertices of triangles that views can show.
+  virtual double radius() const = 0;
+  /// Clears the views' pixels within `keys` and draws. Back faces are culled without
+  /// KILN_RASTER_TWO_SIDED. Threads may draw at the same time, each into its own keys.
+  /// \param views  all of one size, side by side within `keys`
+  virtual void draw(std::span<const kiln_view> views, const DepthKeys& keys) = 0;
+  /// Provides the triangles of drawn keys. It may change the keys' triangles to indices of what it returns; their order
+  /// stays. \param keys  all of them drawn
+  virtual std::shared_ptr<const ShownTriangles> show(DepthKeys& keys) = 0;
+  /// Number of views of this size that should be drawn at once, at most: above 0. Each draw() may read the surface.
+  virtual std::uint32_t views_at_once(std::uint32_t /*size*/) const {
+    return std::numeric_limits<std::uint32_t>::max();
+  }
+};
+
+/// Radius around the origin of the part of a mesh that views can show.
+double radius_in_views(const TriangleBlocks& mesh);
+
 /// Variants of the rasterisation kernel. All write identical keys.
 enum class RasterPath {
   automatic,   ///< The path that is fastest on the device
@@ -47,25 +84,22 @@ enum class RasterPath {
   two_passes,  ///< One work-item per triangle and two passes, on devices without 64-bit atomics
 };
 
-/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl). The triangle of a pixel depends on mesh and
-/// view alone: it is the nearest one, or among equally near ones the lowest.
-class Rasterizer {
+/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl).
+class Rasterizer : public ViewedSurface {
  public:
   /// Uploads the mesh. Faces with a non-finite vertex are not drawn.
   /// \param positions  in the working frame (within 0.5 of the origin)
   Rasterizer(cl::Context& context, std::span<const Vec3> positions,
              std::span<const Triangle> triangles, RasterPath path = RasterPath::automatic);
 
-  /// Clears the views' pixels within `keys` and draws. Back faces are culled without
-  /// KILN_RASTER_TWO_SIDED. Threads may draw at the same time, each into its own keys.
-  /// \param views  all of one size, side by side within `keys`
-  void draw(std::span<const kiln_view> views, const DepthKeys& keys);
+  void draw(std::span<const kiln_view> views, const DepthKeys& keys) override;
+  /// All triangles of the mesh.
+  std::shared_ptr<const ShownTriangles> show(DepthKeys& /*keys*/) override { return mesh_; }
 
   std::uint64_t triangle_count() const { return triangle_count_; }
-  /// Radius around the origin that contains all finite vertices of triangles.
-  double radius() const { return radius_; }
-  const cl::Array<std::uint32_t>& triangles() const { return triangles_; }
-  const cl::Array<float>& positions() const { return positions_; }
+  double radius() const override { return radius_; }
+  const cl::Array<std::uint32_t>& triangles() const { return mesh_->triangles; }
+  const cl::Array<float>& positions() const { return mesh_->positions; }
 
  private:
   void upload_chunks(std::span<const Vec3> positions, std::span<const Triangle> triangles);
@@ -79,8 +113,7 @@ class Rasterizer {
   std::uint32_t triangle_count_ = 0;
   double radius_ = 0;
   RasterPath path_;
-  cl::Array<float> positions_;          // [3 * vertices]
-  cl::Array<std::uint32_t> triangles_;  // [3 * triangles]
+  std::shared_ptr<ShownTriangles> mesh_ = std::make_shared<ShownTriangles>();
   // Arrays of RasterPath::tiles.
   cl::Array<kiln_raster_chunk> chunks_;
   cl::Array<kiln_raster_bounds> bounds_;      // one per 16 chunks

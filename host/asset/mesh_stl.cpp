@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "asset/mesh_builder.h"
+#include "asset/stl_text.h"
 #include "asset/stl_triangles.h"
 #include "base/counted.h"
-#include "base/lower_case.h"
-#include "io/file/text_scanner.h"
 
 namespace kiln {
 namespace {
@@ -158,90 +157,44 @@ Mesh read_binary(const MeshInput& input) {
   return builder.finish();
 }
 
-/// True if a token is this keyword, in upper or lower case. The keyword is given in lower case.
-bool is_word(std::string_view token, std::string_view keyword) {
-  return token.size() == keyword.size() && lower_case(token) == keyword;
-}
+class StlTextReader : public StlTextParser {
+ public:
+  explicit StlTextReader(const MeshInput& input)
+      : StlTextParser(input),
+        builder_(input),
+        welder_(builder_.positions, input.bytes.size() / 512) {}
 
-/// Reads the keyword of a statement. "end loop" becomes "endloop".
-std::string keyword_at(TextScanner& scan) {
-  const std::string word = lower_case(scan.token());
-  if (word != "end") return word;
-  const TextScanner token_start = scan;
-  const std::string_view keyword = scan.token_in_line();
-  for (const char* kind : {"solid", "facet", "loop"}) {
-    if (is_word(keyword, kind)) return word + kind;
+  Mesh read() {
+    parse(input().bytes);
+    finish();
+    builder_.describe_face = [this](std::uint32_t triangle) {
+      return triangle < triangle_lines_.size() ? "line " + std::to_string(triangle_lines_[triangle])
+                                               : std::string();
+    };
+    return builder_.finish();
   }
-  scan = token_start;
-  return word;
-}
 
-Mesh read_ascii(const MeshInput& input) {
-  TextScanner scan(input.bytes);
-  MeshBuilder builder(input);
-  CornerWelder<MeshBuilder::Position> welder(builder.positions, input.bytes.size() / 512);
-  std::vector<std::uint64_t> triangle_lines;
-  std::vector<std::uint32_t> corners;
-  const char* const remedy = "Correct the line or export the mesh again.";
-  bool in_facet = false;
-  for (;;) {
-    const std::string word = keyword_at(scan);
-    if (word.empty()) break;
-    if (word == "vertex") {
-      if (!in_facet) input.fail(scan.place(), "a vertex lies outside of any facet", remedy);
-      MeshBuilder::Position p;
-      for (double& value : p) {
-        const std::string_view token = scan.token_in_line();
-        const auto number = to_double(token);
-        if (!number) {
-          input.fail(scan.place(),
-                     "a vertex must have three numbers, but there is \"" + printable(token) + "\"",
-                     remedy);
-        }
-        value = *number;
-      }
-      corners.push_back(welder.add(p));
-    } else if (word == "facet") {
-      if (in_facet) input.fail(scan.place(), "a facet starts inside another", remedy);
-      in_facet = true;
-      corners.clear();
-      scan.rest_of_line();
-    } else if (word == "endfacet") {
-      if (!in_facet) input.fail(scan.place(), "endfacet without facet", remedy);
-      in_facet = false;
-      if (corners.size() >= 3)
-        triangle_lines.insert(triangle_lines.end(), corners.size() - 2, scan.line());
-      builder.add_face(corners);
-    } else if (word == "solid" || word == "endsolid") {
-      const std::string_view name = scan.rest_of_line();
-      if (word == "solid" && !name.empty()) builder.set_group(name);
-    } else if (word != "outer" && word != "loop" && word != "endloop") {
-      input.fail(scan.place(), "\"" + printable(word) + "\" is not a keyword of an ASCII STL file",
-                 remedy);
-    }
+ private:
+  std::uint32_t add_vertex(const MeshBuilder::Position& position) override {
+    return welder_.add(position);
   }
-  if (in_facet)
-    input.fail(scan.place(), "the file ends inside a facet (truncated)", "Copy it again.");
-  builder.describe_face = [&triangle_lines](std::uint32_t triangle) {
-    return triangle < triangle_lines.size() ? "line " + std::to_string(triangle_lines[triangle])
-                                            : std::string();
-  };
-  return builder.finish();
-}
+  void add_facet(const std::vector<std::uint32_t>& corners) override {
+    if (corners.size() >= 3)
+      triangle_lines_.insert(triangle_lines_.end(), corners.size() - 2, line());
+    builder_.add_face(corners);
+  }
+  void set_solid(std::string_view name) override { builder_.set_group(name); }
+
+  MeshBuilder builder_;
+  CornerWelder<MeshBuilder::Position> welder_;
+  std::vector<std::uint64_t> triangle_lines_;
+};
 
 }  // namespace
 
 Mesh read_stl(const MeshInput& input) {
-  const std::string_view bytes = input.bytes;
-  // A binary file's header may start with "solid", too, so its size decides first.
-  const bool sized =
-      bytes.size() >= kStlHeaderBytes &&
-      bytes.size() == kStlHeaderBytes +
-                          kStlTriangleBytes *
-                              std::uint64_t{little_endian_word(bytes.data() + kStlHeaderBytes - 4)};
-  const bool text = is_word(TextScanner(bytes).token(), "solid") &&
-                    bytes.substr(0, 1024).find('\0') == std::string_view::npos;
-  return !sized && text ? read_ascii(input) : read_binary(input);
+  return StlTextParser::is_text(input.bytes, input.bytes.size()) ? StlTextReader(input).read()
+                                                                 : read_binary(input);
 }
 
 }  // namespace kiln

@@ -1,103 +1,23 @@
 #include "asset/obj_stream.h"
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "asset/file_identity.h"
-#include "asset/mesh_builder.h"
 #include "asset/obj_parser.h"
-#include "base/file.h"
-#include "base/fnv.h"
-#include "base/formatted.h"
-#include "base/memory.h"
-#include "base/option.h"
-#include "base/progress_guard.h"
-#include "clean/high_hulls.h"
-#include "io/file/bounds.h"
+#include "asset/parsed_mesh.h"
 #include "io/file/byte_source.h"
-#include "io/file/cache_file.h"
 #include "io/file/unicode.h"
-#include "mesh/polygon.h"
-#include "mesh/usable.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Bytes of a vertex with its part of the faces, UVs and normals. Few files have
-// less
+// Bytes of a vertex with its part of the faces, UVs and normals. Few files have less
 constexpr std::uint64_t kMinObjBytesPerVertex = 75;
-constexpr std::size_t kObjBytesPerPiece = std::size_t{1} << 24;
-constexpr std::uint64_t kMaxElements = 0x7FFFFFFF;
-constexpr char kParsedMagic[8] = {'k', 'i', 'l', 'n', 'o', 'b', 'j', '1'};
-constexpr const char* kWriteAsPly =
-    "Write it as a binary, little-endian PLY of triangles, or raise the ";
-
-/// The lists of a parsed OBJ. Each is written in blocks, between those of the
-/// other lists.
-enum ParsedList : std::size_t { kTriangleList, kNormalTriangles, kPositions, kNormals, kColors };
-constexpr std::size_t kParsedLists = 5;
-constexpr std::array<std::size_t, kParsedLists> kElementBytes = {12, 12, 12, 12, 8};
-/// Elements of each block but the last one of a list
-constexpr std::size_t kElementsPerBlock = std::size_t{1} << 16;
-
-/// A colour of a vertex by both readings, as in MeshBuilder.
-using ColorPair = std::array<MeshStream::Color, 2>;
-static_assert(sizeof(ColorPair) == 8 && sizeof(Vec3) == 12 && sizeof(Triangle) == 12);
-
-/// Facts of the whole file.
-struct ParsedSummary {
-  std::array<std::uint64_t, kParsedLists> counts{};
-  double largest_color = 0;
-  std::uint64_t has_pictures = 0;
-};
-
-/// The last bytes of a file of parsed lists. Before them: the blocks, their
-/// offsets by list, and the key.
-struct ParsedTail {
-  ParsedSummary summary;
-  std::uint64_t offsets = 0, key_bytes = 0;
-  std::uint64_t hash = 0;  ///< Of the offsets and the key
-  char magic[8] = {};
-};
-
-/// Appends elements to one list.
-class BlockWriter {
- public:
-  BlockWriter(CacheFileWriter& file, std::size_t element_bytes)
-      : file_(file), element_bytes_(element_bytes) {}
-
-  template <typename T>
-  void add(const T& element) {
-    const char* const bytes = reinterpret_cast<const char*>(&element);
-    block_.insert(block_.end(), bytes, bytes + sizeof element);
-    ++count_;
-    if (block_.size() == kElementsPerBlock * element_bytes_) flush();
-  }
-  void flush() {
-    if (block_.empty()) return;
-    offsets_.push_back(file_.size());
-    file_.write(block_.data(), block_.size());
-    block_.clear();
-  }
-  std::uint64_t count() const { return count_; }
-  const std::vector<std::uint64_t>& offsets() const { return offsets_; }
-
- private:
-  CacheFileWriter& file_;
-  std::size_t element_bytes_;
-  std::vector<char> block_;
-  std::vector<std::uint64_t> offsets_;
-  std::uint64_t count_ = 0;
-};
 
 FailWith obj_failure(const MeshInput& input) {
   return [&input](const std::string& place, const std::string& problem, const Message& remedy) {
@@ -105,195 +25,52 @@ FailWith obj_failure(const MeshInput& input) {
   };
 }
 
-/// Writes what a whole read would hold.
-class ObjListWriter : public ObjParser {
+/// Passes statements to the lists.
+class ObjListReader : public ParsedMeshReader, private ObjParser {
  public:
-  ObjListWriter(const MeshInput& input, const ObjStreamOptions& options, std::uint64_t bytes,
+  ObjListReader(const MeshInput& input, const ParsingRules& rules, std::uint64_t bytes,
                 CacheFileWriter& file)
-      : ObjParser(input), options_(options) {
-    for (std::size_t i = 0; i < kParsedLists; ++i) lists_.emplace_back(file, kElementBytes[i]);
-    positions_.reserve(bytes / kMinObjBytesPerVertex);
-  }
+      : ObjParser(input),
+        lists_(
+            input, [this] { return place(); }, rules, bytes / kMinObjBytesPerVertex, file) {}
 
-  /// Completes the lists. \param offsets  [out] the offsets of their blocks,
-  /// list by list
-  ParsedSummary finish_lists(std::vector<std::uint64_t>& offsets) {
+  void parse_lines(std::string_view lines) override { parse(lines); }
+  ParsedSummary finish_lists(std::vector<std::uint64_t>& offsets) override {
     finish();
-    refuse_what_a_whole_read_changes();
-    for (const MeshBuilder::Position& p : positions_) {
-      lists_[kPositions].add(Vec3{narrow(p[0]), narrow(p[1]), narrow(p[2])});
+    if (has_material_files_ && has_uvs_) lists_.set_has_pictures();
+    return lists_.finish(offsets);
+  }
+  /// Lines that a backslash joins are one.
+  std::size_t end_of_lines(std::string_view piece) const override {
+    for (std::size_t end = piece.rfind('\n'); end != piece.npos && end != 0;
+         end = piece.rfind('\n', end - 1)) {
+      const char before = piece[end - 1] == '\r' && end > 1 ? piece[end - 2] : piece[end - 1];
+      if (before != '\\') return end + 1;
     }
-    if (lists_[kColors].count() != 0) fill_colors();
-    ParsedSummary summary;
-    for (std::size_t i = 0; i < kParsedLists; ++i) {
-      lists_[i].flush();
-      summary.counts[i] = lists_[i].count();
-      offsets.insert(offsets.end(), lists_[i].offsets().begin(), lists_[i].offsets().end());
-    }
-    summary.largest_color = largest_color_;
-    summary.has_pictures = has_material_files_ && has_uvs_ ? 1 : 0;
-    return summary;
+    return 0;
   }
 
  private:
-  /// Refuses a mesh from which a whole read makes what this reader cannot make.
-  [[noreturn]] void refuse(const std::string& place, const std::string& problem) const {
-    input().fail(place, problem + ", which only a whole read allows",
-                 kWriteAsPly + option("memory_limit") + ".");
-  }
-
-  void add_color(const std::array<double, 4>& rgba) override {
-    fill_colors();
-    const ColorPair pair = MeshBuilder::color_versions(rgba);
-    largest_color_ = std::max(largest_color_, MeshBuilder::largest_channel(rgba));
-    lists_[kColors].add(pair);
-  }
-  /// Vertices without a colour are white.
-  void fill_colors() {
-    constexpr MeshStream::Color kWhite{255, 255, 255, 255};
-    while (lists_[kColors].count() < vertices()) lists_[kColors].add(ColorPair{kWhite, kWhite});
-  }
+  void add_color(const std::array<double, 4>& rgba) override { lists_.add_color(rgba); }
   void set_color_bytes(std::size_t /*vertex*/,
                        const std::array<std::uint8_t, 4>& /*rgba*/) override {
-    refuse(place(), "it has colours in #MRGB lines, after their vertices");
+    lists_.refuse(place(), "it has colours in #MRGB lines, after their vertices");
   }
-  void add_vertex(const MeshBuilder::Position& position) override {
-    const std::size_t count = positions_.size();
-    if (count == kMaxElements) input().fail(place(), "it has too many vertices", "Split the mesh.");
-    if (count == positions_.capacity()) {
-      require_memory("Its vertices", 3 * (count + 1) * sizeof position,
-                     memory_failure(obj_failure(input()), ""));
-    }
-    positions_.push_back(position);
-  }
+  void add_vertex(const MeshBuilder::Position& position) override { lists_.add_vertex(position); }
   void add_uv(const Vec2& /*uv*/) override { has_uvs_ = true; }
-  void add_normal(const Vec3& normal) override {
-    const Vec3 unit = unit_normal(normal);
-    if (unit == Vec3{}) has_bad_normals_ = true;
-    lists_[kNormals].add(unit);
+  void add_normal(const Vec3& normal) override { lists_.add_normal(normal); }
+  void add_face(Indices vertex, Indices /*uv*/, Indices normal) override {
+    lists_.add_face(vertex, normal);
   }
-  void set_group(std::string_view name) override {
-    if (!options_.keep_hulls && names_hidden_hull(std::string(name))) {
-      input().fail(
-          place(),
-          "it has a collision hull ('" + std::string(name) + "'), which a whole read leaves out",
-          "Remove it from the file, add " + option("keep_hulls") + ", or raise the " +
-              option("memory_limit") + ".");
-    }
-  }
-  void set_object(std::string_view name) override { set_group(name); }
+  void set_group(std::string_view name) override { lists_.set_group(name); }
+  void set_object(std::string_view name) override { lists_.set_group(name); }
   void set_material(std::string_view /*name*/) override {}
   void add_material_file(std::string_view /*name*/) override { has_material_files_ = true; }
-  void set_smoothing(std::string_view name) override {
-    smoothing_ = MeshBuilder::is_flat_group(name) ? std::string() : std::string(name);
-  }
+  void set_smoothing(std::string_view name) override { lists_.set_smoothing(name); }
 
-  void add_face(Indices vertex, Indices uv, Indices normal) override;
-  void check_indices(Indices vertex, Indices normal) const;
-  void add_triangle(Indices vertex, Indices normal, const Triangle& corners);
-  void refuse_what_a_whole_read_changes() const;
-
-  ObjStreamOptions options_;
-  std::vector<BlockWriter> lists_;
-  std::vector<MeshBuilder::Position> positions_;
-  std::vector<MeshBuilder::Position> polygon_;
-  std::vector<Triangle> polygon_triangles_;
-  // Triangles that have an area once they are rounded, but none in the file
-  std::vector<Triangle> flat_triangles_;
-  Box<Vec3d> box_;  // Of triangles with an area in the file
-  double largest_color_ = 0;
-  std::string smoothing_,
-      first_smoothing_;        // Groups of the next and of the first face
-  std::string polygon_place_;  // Line of the first polygon
-  bool has_uvs_ = false, has_material_files_ = false, has_bad_normals_ = false;
-  bool has_several_groups_ = false;
+  ParsedMeshWriter lists_;
+  bool has_uvs_ = false, has_material_files_ = false;
 };
-
-void ObjListWriter::check_indices(Indices vertex, Indices normal) const {
-  const auto is_known = [](Indices indices, std::size_t count) {
-    return std::all_of(indices.begin(), indices.end(),
-                       [&](std::uint32_t i) { return i < count || i == MeshBuilder::kNone; });
-  };
-  if (!is_known(vertex, vertices()) || !is_known(normal, normals())) {
-    refuse(place(), "a face stands before its vertices or normals");
-  }
-  const bool has_normals = lists_[kNormalTriangles].count() != 0;
-  const bool starts = lists_[kTriangleList].count() == 0;
-  if (std::find(normal.begin(), normal.end(), MeshBuilder::kNone) != normal.end() ||
-      (!starts && has_normals == normal.empty())) {
-    refuse(place(), "some of its corners have normals, and others have none");
-  }
-}
-
-void ObjListWriter::add_face(Indices vertex, Indices /*uv*/, Indices normal) {
-  if (vertex.size() < 3) return;
-  check_indices(vertex, normal);
-  if (lists_[kTriangleList].count() == 0) first_smoothing_ = smoothing_;
-  has_several_groups_ = has_several_groups_ || smoothing_ != first_smoothing_;
-  if (lists_[kTriangleList].count() + vertex.size() > kMaxElements) {
-    input().fail("", "it has too many triangles", "Split or simplify the mesh.");
-  }
-  if (vertex.size() == 3) {
-    add_triangle(vertex, normal, {0, 1, 2});
-    return;
-  }
-  if (polygon_place_.empty()) polygon_place_ = place();
-  polygon_.clear();
-  for (const std::uint32_t v : vertex) polygon_.push_back(positions_[v]);
-  triangulate(polygon_, options_.triangulation, polygon_triangles_);
-  for (const Triangle& corners : polygon_triangles_) add_triangle(vertex, normal, corners);
-}
-
-void ObjListWriter::add_triangle(Indices vertex, Indices normal, const Triangle& corners) {
-  Triangle triangle{};
-  std::array<Vec3d, 3> at{};
-  std::array<Vec3, 3> rounded{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    triangle[k] = vertex[corners[k]];
-    const MeshBuilder::Position& p = positions_[triangle[k]];
-    at[k] = {p[0], p[1], p[2]};
-    rounded[k] = {narrow(p[0]), narrow(p[1]), narrow(p[2])};
-  }
-  lists_[kTriangleList].add(triangle);
-  if (!normal.empty()) {
-    lists_[kNormalTriangles].add(
-        Triangle{normal[corners[0]], normal[corners[1]], normal[corners[2]]});
-  }
-  if (has_area(at[0], at[1], at[2])) {
-    for (const Vec3d& p : at) box_.add(p);
-  } else if (has_area(rounded, {0, 1, 2})) {
-    flat_triangles_.push_back(triangle);
-  }
-}
-
-void ObjListWriter::refuse_what_a_whole_read_changes() const {
-  if (lists_[kTriangleList].count() == 0) {
-    input().fail("", "it has no faces of three corners or more", "Export triangles.");
-  }
-  const bool has_normals = lists_[kNormalTriangles].count() != 0;
-  // Normals that are computed are weighted by polygons.
-  if (!polygon_place_.empty() && (!has_normals || has_bad_normals_)) {
-    refuse(polygon_place_, has_normals ? "it has polygons, and normals without a direction"
-                                       : "it has polygons without normals");
-  }
-  if (!has_normals && has_several_groups_) {
-    refuse("", "it has several smoothing groups, but no normals");
-  }
-  for (const Triangle& triangle : flat_triangles_) {
-    for (const std::uint32_t v : triangle) {
-      const auto& [x, y, z] = positions_[v];
-      if (box_.contains(Vec3d{x, y, z})) continue;
-      refuse("",
-             "it has triangles without an area that get one once they are "
-             "rounded");
-    }
-  }
-}
-
-/// Pieces of a file from which its number of triangles is estimated, and the
-/// size of each.
-constexpr std::uint64_t kSamples = 32;
-constexpr std::size_t kSampleBytes = std::size_t{1} << 16;
 
 /// Faces in some lines of a file.
 struct FaceSample {
@@ -319,222 +96,30 @@ struct FaceSample {
   }
 };
 
-/// A parsed OBJ.
-class ObjStream : public MeshStream {
- public:
-  ObjStream(const fs::path& path, const fs::path& folder, const ObjStreamOptions& options)
-      : input_{path.string(), {}}, name_(path.stem().string()), path_(path.string()) {
-    const std::unique_ptr<ByteSource> source = open_file(path, obj_failure(input_));
-    identity_ = file_identity(path, source->size()) + "\nobj " +
-                std::to_string(static_cast<int>(options.triangulation)) +
-                (options.keep_hulls ? " hulls" : "");
-    const std::string file_name =
-        formatted("%016llx", static_cast<unsigned long long>(fnv1a(identity_))) + ".mesh";
-    cache_path_ = folder / file_name;
-    if (open_parsed()) return;
-    close();
-    CacheFileWriter writer(folder, file_name);
-    parse(*source, options, writer);
-    if (!open_parsed()) {
-      close();
-      fail_to_read();
-    }
-  }
-  ~ObjStream() override { close(); }
-
-  std::uint32_t vertex_count() const override { return count(kPositions); }
-  std::uint32_t triangle_count() const override { return count(kTriangleList); }
-  bool has_normals() const override { return count(kNormalTriangles) != 0; }
-  bool has_colors() const override { return count(kColors) != 0; }
-  bool has_pictures() const override { return summary_.has_pictures != 0; }
-  bool has_normal_indices() const override { return has_normals(); }
-  std::uint32_t normal_count() const override { return count(kNormals); }
-  void read_positions(std::size_t first, std::span<Vec3> to) const override {
-    read(kPositions, first, to);
-  }
-  void read_triangles(std::size_t first, std::span<Triangle> to) const override {
-    read(kTriangleList, first, to);
-  }
-  void read_normal_triangles(std::size_t first, std::span<Triangle> to) const override {
-    read(kNormalTriangles, first, to);
-  }
-  void read_normals(std::size_t first, std::span<Vec3> to) const override {
-    read(kNormals, first, to);
-  }
-  void read_colors(std::size_t first, std::span<Color> to) const override {
-    std::vector<ColorPair> pairs(to.size());
-    read(kColors, first, std::span<ColorPair>(pairs));
-    const std::size_t version = MeshBuilder::are_fractions(summary_.largest_color) ? 1 : 0;
-    for (std::size_t i = 0; i < to.size(); ++i) to[i] = pairs[i][version];
-  }
-  const std::string& name() const override { return name_; }
-  const std::string& path() const override { return path_; }
-  std::string identity() const override { return identity_; }
-
- private:
-  std::uint32_t count(ParsedList list) const {
-    return static_cast<std::uint32_t>(summary_.counts[list]);
-  }
-
-  void parse(const ByteSource& source, const ObjStreamOptions& options, CacheFileWriter& writer) {
-    ObjListWriter lists(input_, options, source.size(), writer);
-    std::string piece;
-    std::uint64_t at = 0;
-    const std::uint64_t pieces = (source.size() + kObjBytesPerPiece - 1) / kObjBytesPerPiece;
-    while (at < source.size()) {
-      ProgressGuard::poll_within_stage("parsing the high poly, piece " +
-                                       std::to_string(at / kObjBytesPerPiece + 1) + " of " +
-                                       std::to_string(pieces));
-      const std::size_t kept = piece.size();
-      piece.resize(kept + static_cast<std::size_t>(
-                              std::min<std::uint64_t>(kObjBytesPerPiece, source.size() - at)));
-      const std::size_t got = source.read_at(at, &piece[kept], piece.size() - kept);
-      if (got != piece.size() - kept || source.was_written()) {
-        input_.fail("", "it changed while it was read", "Wait until it is written, and try again.");
-      }
-      at += got;
-      const std::size_t end = at == source.size() ? piece.size() : end_of_lines(piece);
-      lists.parse(std::string_view(piece).substr(0, end));
-      piece.erase(0, end);
-    }
-    std::vector<std::uint64_t> offsets;
-    ParsedTail tail;
-    tail.summary = lists.finish_lists(offsets);
-    tail.offsets = offsets.size();
-    tail.key_bytes = identity_.size();
-    tail.hash = hash_of(offsets);
-    std::memcpy(tail.magic, kParsedMagic, sizeof kParsedMagic);
-    writer.write(offsets.data(), offsets.size() * sizeof(std::uint64_t));
-    writer.write(identity_.data(), identity_.size());
-    writer.write(&tail, sizeof tail);
-    writer.commit();
-  }
-
-  /// The end of the last whole line in a piece. Lines that a backslash joins
-  /// are one.
-  std::size_t end_of_lines(std::string_view piece) const {
-    for (std::size_t end = piece.rfind('\n'); end != piece.npos && end != 0;
-         end = piece.rfind('\n', end - 1)) {
-      const char before = piece[end - 1] == '\r' && end > 1 ? piece[end - 2] : piece[end - 1];
-      if (before != '\\') return end + 1;
-    }
-    input_.fail("", "it has a line of more than " + std::to_string(kObjBytesPerPiece) + " bytes",
-                kWriteAsPly + option("memory_limit") + ".");
-  }
-
-  std::uint64_t hash_of(const std::vector<std::uint64_t>& offsets) const {
-    return fnv1a(identity_) * 0x9E3779B97F4A7C15U ^
-           fnv1a({reinterpret_cast<const char*>(offsets.data()),
-                  offsets.size() * sizeof(std::uint64_t)});
-  }
-
-  /// Opens the file of an earlier run. \returns false if there is none, or if
-  /// it is damaged
-  bool open_parsed() {
-    std::uint64_t bytes = 0;
-    file_ = open_cache_file(cache_path_, bytes);
-    ParsedTail tail;
-    if (file_ < 0 || bytes < sizeof tail || !read_all(bytes - sizeof tail, &tail, sizeof tail) ||
-        std::memcmp(tail.magic, kParsedMagic, sizeof kParsedMagic) != 0 ||
-        tail.key_bytes != identity_.size()) {
-      return false;
-    }
-    std::uint64_t blocks = 0, used = sizeof tail + tail.key_bytes;
-    for (std::size_t i = 0; i < kParsedLists; ++i) {
-      const std::uint64_t elements = tail.summary.counts[i];
-      if (elements > kMaxElements) return false;
-      blocks += (elements + kElementsPerBlock - 1) / kElementsPerBlock;
-      used += elements * kElementBytes[i];
-    }
-    if (blocks != tail.offsets || used + blocks * sizeof(std::uint64_t) != bytes) return false;
-    std::vector<std::uint64_t> offsets(static_cast<std::size_t>(blocks));
-    std::string key(identity_.size(), '\0');
-    const std::uint64_t key_at = bytes - sizeof tail - key.size();
-    if (!read_all(key_at, key.data(), key.size()) || key != identity_ ||
-        !read_all(key_at - offsets.size() * sizeof(std::uint64_t), offsets.data(),
-                  offsets.size() * sizeof(std::uint64_t)) ||
-        hash_of(offsets) != tail.hash) {
-      return false;
-    }
-    summary_ = tail.summary;
-    auto next = offsets.begin();
-    for (std::size_t i = 0; i < kParsedLists; ++i) {
-      const auto own = static_cast<std::ptrdiff_t>((summary_.counts[i] + kElementsPerBlock - 1) /
-                                                   kElementsPerBlock);
-      offsets_[i].assign(next, next + own);
-      next += own;
-    }
-    touch_cache_file(cache_path_);
-    return true;
-  }
-
-  template <typename T>
-  void read(ParsedList list, std::size_t first, std::span<T> to) const {
-    while (!to.empty()) {
-      const std::size_t in_block = first % kElementsPerBlock;
-      const std::size_t now = std::min(to.size(), kElementsPerBlock - in_block);
-      if (!read_all(offsets_[list][first / kElementsPerBlock] + in_block * sizeof(T), to.data(),
-                    now * sizeof(T))) {
-        fail_to_read();
-      }
-      first += now;
-      to = to.subspan(now);
-    }
-  }
-
-  [[noreturn]] void fail_to_read() const {
-    throw Error(ErrorCode::input, "'" + cache_path_.string() +
-                                      "', the high poly as it was parsed, cannot be read: remove "
-                                      "it, and bake again.");
-  }
-  bool read_all(std::uint64_t offset, void* to, std::size_t bytes) const {
-    return os::read_fully(file_, offset, to, bytes) == bytes;
-  }
-  void close() noexcept {
-    if (file_ >= 0) os::close(std::exchange(file_, -1));
-  }
-
-  MeshInput input_;
-  std::string name_, path_, identity_;
-  fs::path cache_path_;
-  int file_ = -1;
-  ParsedSummary summary_;
-  std::array<std::vector<std::uint64_t>, kParsedLists> offsets_;
-};
-
 }  // namespace
 
 ObjLayout obj_layout(const fs::path& path) {
   const MeshInput input{path.string(), {}};
   const std::unique_ptr<ByteSource> source = open_file(path, obj_failure(input));
+  constexpr std::size_t kHeadBytes = std::size_t{1} << 16;
   ObjLayout layout;
-  const std::string head = source->head(kSampleBytes);
+  const std::string head = source->head(kHeadBytes);
   std::string converted;
   if (as_utf8(head, converted) != head) layout.obstacle = "is an OBJ that is not in UTF-8";
   FaceSample sample;
-  std::uint64_t sampled_bytes = 0;
-  // A small file is one piece.
-  const bool is_small = source->size() <= kSamples * kSampleBytes;
-  const std::uint64_t pieces = is_small ? 1 : kSamples;
-  std::string piece(is_small ? static_cast<std::size_t>(source->size()) : kSampleBytes, '\0');
-  const std::uint64_t step = is_small ? 0 : (source->size() - kSampleBytes) / (kSamples - 1);
-  for (std::uint64_t i = 0; i < pieces; ++i) {
-    const std::size_t got = source->read_at(i * step, piece.data(), piece.size());
-    sampled_bytes += got;
-    sample.add_lines(std::string_view(piece).substr(0, got));
-  }
-  if (sampled_bytes == 0) return layout;
-  layout.triangles = static_cast<std::uint64_t>(static_cast<double>(sample.triangles) *
-                                                static_cast<double>(source->size()) /
-                                                static_cast<double>(sampled_bytes));
+  const double share = sample_text(*source, [&](std::string_view text) { sample.add_lines(text); });
+  layout.triangles = static_cast<std::uint64_t>(static_cast<double>(sample.triangles) * share);
   layout.has_normals = sample.has_normals;
   layout.has_pictures = sample.has_uvs && head.find("mtllib") != head.npos;
   return layout;
 }
 
 std::shared_ptr<const MeshStream> stream_obj(const fs::path& path, const fs::path& folder,
-                                             const ObjStreamOptions& options) {
-  return std::make_shared<ObjStream>(path, folder, options);
+                                             const ParsingRules& rules) {
+  return stream_parsed(path, folder, "obj", rules,
+                       [&](const MeshInput& input, std::uint64_t bytes, CacheFileWriter& file) {
+                         return std::make_unique<ObjListReader>(input, rules, bytes, file);
+                       });
 }
 
 }  // namespace kiln

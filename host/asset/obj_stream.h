@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "asset/parsed_mesh.h"
 #include "mesh/mesh_stream.h"
 
 namespace kiln {
@@ -23,13 +24,6 @@ struct ObjLayout {
 /// Reads an OBJ's size and a few pieces of it. \throws Error(input) if it cannot be opened
 ObjLayout obj_layout(const std::filesystem::path& path);
 
-struct ObjStreamOptions {
-  Triangulation triangulation = Triangulation::automatic;  ///< Rule for polygons
-  /// Read objects and groups that engines never draw (names_hidden_hull()). If false, a file with such names is
-  /// refused, since a whole read leaves them out.
-  bool keep_hulls = false;
-};
-
 /// Opens an OBJ whose layout has no obstacle. The file is parsed once, and its binary form is written to a file in
 /// `folder` (CacheFileWriter): 12 bytes a triangle and a vertex, as much again for normals, and 8 bytes a vertex with a
 /// colour. Later calls use that file while the OBJ's path, size and time are the same. Parsing takes 24 bytes of memory
@@ -42,6 +36,6 @@ struct ObjStreamOptions {
 /// \throws Error(input), for what is refused, too; Error(output) if the file cannot be written
 std::shared_ptr<const MeshStream> stream_obj(const std::filesystem::path& path,
                                              const std::filesystem::path& folder,
-                                             const ObjStreamOptions& options = {});
+                                             const ParsingRules& rules = {});
 
 }  // namespace kiln

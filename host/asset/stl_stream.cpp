@@ -11,11 +11,12 @@
 
 #include "asset/file_identity.h"
 #include "asset/mesh_reader.h"
+#include "asset/parsed_mesh.h"
+#include "asset/stl_text.h"
 #include "asset/stl_triangles.h"
 #include "base/file.h"
 #include "base/fnv.h"
 #include "base/formatted.h"
-#include "base/lower_case.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/progress_guard.h"
@@ -29,8 +30,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kStlTrianglesPerPiece = std::size_t{1} << 18;
-// Bytes of a triangle in a text, of which few are shorter
-constexpr std::uint64_t kTextBytesPerTriangle = 300;
+/// First bytes that tell whether a file is a text
+constexpr std::size_t kTextHeadBytes = 1024;
+/// Bytes of the two facets of a text that come with a vertex
+constexpr std::uint64_t kTextBytesPerVertex = 512;
 constexpr char kJoinedMagic[8] = {'k', 'i', 'l', 'n', 'm', 's', 'h', '1'};
 
 /// The position of a corner, with the layout of Vec3
@@ -240,32 +243,80 @@ class StlStream : public MeshStream {
   JoinedTail tail_;
 };
 
+/// Passes the facets of a text to the lists, and joins their corners.
+class StlListReader : public ParsedMeshReader, private StlTextParser {
+ public:
+  StlListReader(const MeshInput& input, const ParsingRules& rules, std::uint64_t bytes,
+                CacheFileWriter& file)
+      : StlTextParser(input),
+        lists_(
+            input, [this] { return place(); }, rules, bytes / kTextBytesPerVertex, file),
+        welder_(lists_.positions(), bytes / kTextBytesPerVertex,
+                [&input](std::size_t slots, std::size_t vertices) {
+                  require_memory(
+                      "Joining its vertices",
+                      vertices * sizeof(MeshBuilder::Position) + slots * sizeof(std::uint32_t),
+                      memory_failure(stl_failure(input), ""));
+                }) {}
+
+  void parse_lines(std::string_view lines) override { parse(lines); }
+  ParsedSummary finish_lists(std::vector<std::uint64_t>& offsets) override {
+    finish();
+    return lists_.finish(offsets);
+  }
+  /// Lines may end with CR alone. A CR at the end of the piece may be the first half of CR LF, which is not cut.
+  std::size_t end_of_lines(std::string_view piece) const override {
+    for (std::size_t end = piece.size(); end != 0; --end) {
+      const char last = piece[end - 1];
+      if (last == '\n' || (last == '\r' && end < piece.size())) return end;
+    }
+    return 0;
+  }
+
+ private:
+  std::uint32_t add_vertex(const MeshBuilder::Position& position) override {
+    return welder_.add(position);
+  }
+  void add_facet(const std::vector<std::uint32_t>& corners) override {
+    lists_.add_face(corners, {});
+  }
+  void set_solid(std::string_view name) override { lists_.set_group(name); }
+
+  ParsedMeshWriter lists_;
+  CornerWelder<MeshBuilder::Position> welder_;
+};
+
 }  // namespace
 
 StlLayout stl_layout(const fs::path& path) {
   const MeshInput input{path.string(), {}};
   const std::unique_ptr<ByteSource> source = open_file(path, stl_failure(input));
-  const std::string head = source->head(kStlHeaderBytes);
+  const std::string head = source->head(kTextHeadBytes);
   StlLayout layout;
+  if (StlTextParser::is_text(head, source->size())) {
+    layout.is_text = true;
+    std::uint64_t facets = 0;
+    const double share = sample_text(
+        *source, [&](std::string_view text) { facets += StlTextParser::count_facets(text); });
+    layout.triangles = static_cast<std::uint64_t>(static_cast<double>(facets) * share);
+    return layout;
+  }
   if (head.size() < kStlHeaderBytes) return layout;
   const std::uint64_t count = little_endian_word(head.data() + kStlHeaderBytes - 4);
   const std::uint64_t needed = kStlHeaderBytes + count * kStlTriangleBytes;
-  if (needed == source->size()) {
-    layout.triangles = count;
-    return layout;
-  }
-  if (lower_case(head).starts_with("solid")) {
-    layout.triangles = source->size() / kTextBytesPerTriangle;
-    layout.obstacle = "is an STL in text";
-  } else if (needed < source->size()) {
-    layout.triangles = count;
-    layout.obstacle = "has bytes after its last triangle";
-  }
+  if (needed > source->size()) return layout;
+  layout.triangles = count;
+  if (needed < source->size()) layout.obstacle = "has bytes after its last triangle";
   return layout;
 }
 
-std::shared_ptr<const MeshStream> stream_stl(const fs::path& path, const fs::path& folder) {
-  return std::make_shared<StlStream>(path, folder);
+std::shared_ptr<const MeshStream> stream_stl(const fs::path& path, const fs::path& folder,
+                                             const ParsingRules& rules) {
+  if (!stl_layout(path).is_text) return std::make_shared<StlStream>(path, folder);
+  return stream_parsed(path, folder, "stl", rules,
+                       [&](const MeshInput& input, std::uint64_t bytes, CacheFileWriter& file) {
+                         return std::make_unique<StlListReader>(input, rules, bytes, file);
+                       });
 }
 
 }  // namespace kiln

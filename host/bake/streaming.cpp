@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/option.h"
+#include "detail/hemisphere_rays.h"
 #include "detail/registry.h"
 #include "match/registry.h"
 
@@ -28,6 +29,19 @@ std::string streaming_maps() {
     if (row.supports_streaming) names.push_back(row.info.kind.name);
   }
   return join_names(names);
+}
+
+/// True if a map gathers occlusion by views that show the high poly. Views of other occluders need no high poly.
+bool bakes_occlusion_of_high_by_views(const BakeOptions& options) {
+  const auto is_by_views = [](MapKind kind, const OcclusionOptions& occlusion) {
+    return obeys(map_row(kind).info, "occlusion.by") && occlusion.by_high &&
+           may_use_views(occlusion);
+  };
+  return std::any_of(options.maps.begin(), options.maps.end(),
+                     [&](MapKind kind) { return is_by_views(kind, options.occlusion); }) ||
+         std::any_of(options.variants.begin(), options.variants.end(), [&](const MapVariant& map) {
+           return is_by_views(map.kind, map.occlusion.value_or(options.occlusion));
+         });
 }
 
 }  // namespace
@@ -54,13 +68,7 @@ Message streaming_obstacle(const BakeOptions& options) {
   const auto needs_whole_mesh = [](const Message& what) {
     return what + " needs the whole high poly in memory: leave it out.";
   };
-  const auto has_views = [](const OcclusionOptions& occlusion) {
-    return occlusion.by != OcclusionBy::rays;
-  };
-  if (has_views(options.occlusion) ||
-      std::any_of(options.variants.begin(), options.variants.end(), [&](const MapVariant& map) {
-        return map.occlusion && has_views(*map.occlusion);
-      })) {
+  if (bakes_occlusion_of_high_by_views(options)) {
     return Message("occlusion by views needs the whole high poly in memory: use rays.");
   }
   if (options.color || options.opacity) return needs_whole_mesh("a picture of the high poly");

@@ -34,8 +34,7 @@ struct KILN_HIDDEN ViewSession::Impl {
     query.area = view_area(pipeline.surface(), query.max_distance, raster.radius());
     size = options.match.views.size != 0
                ? options.match.views.size
-               : choose_view_size(high.positions, high.triangles, query.area.radius, kMaxViewSide)
-                     .size;
+               : choose_view_size(high.triangle_blocks(), query.area.radius, kMaxViewSide).size;
     widen_view_area(query.area, raster.radius(), size);
     pipeline.sample();
     for (PipelineBand& band : pipeline.bands()) {

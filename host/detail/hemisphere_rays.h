@@ -37,6 +37,9 @@ constexpr std::uint32_t round_up_to_lanes(std::uint32_t count) {
   return (count + kLanes - 1) / kLanes * kLanes;
 }
 
+/// False if occlusion is gathered by rays, whichever meshes and sizes are baked.
+bool may_use_views(const OcclusionOptions& occlusion);
+
 /// Number of depth views by which visibility is computed (OcclusionOptions::by); 0 if it is
 /// computed by rays.
 std::uint32_t views_for(const MapRequest& request);

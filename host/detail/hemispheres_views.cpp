@@ -32,13 +32,16 @@ double samples_of(const BakeOptions& options, const LowSurface& surface) {
 
 }  // namespace
 
+bool may_use_views(const OcclusionOptions& occlusion) {
+  if (occlusion.by != OcclusionBy::automatic) return occlusion.by == OcclusionBy::views;
+  return !occlusion.distance && occlusion.falloff == OcclusionFalloff::none &&
+         occlusion.back_faces && !(occlusion.max_error > 0) && occlusion.rays <= kMaxRaysAsViews;
+}
+
 std::uint32_t views_for(const MapRequest& request) {
   const OcclusionOptions& occlusion = request.options.occlusion;
-  if (occlusion.by == OcclusionBy::rays) return 0;
+  if (!may_use_views(occlusion)) return 0;
   if (occlusion.by == OcclusionBy::views) return occlusion.views;
-  if (occlusion.distance || occlusion.falloff != OcclusionFalloff::none || !occlusion.back_faces ||
-      occlusion.max_error > 0 || occlusion.rays > kMaxRaysAsViews)
-    return 0;
   const double samples = samples_of(request.options, request.surface);
   double triangles = 0;
   if (occlusion.by_high) triangles += static_cast<double>(request.source.triangles.size());

@@ -134,10 +134,10 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
                       ErrorCode::input, "larger-than-memory");
   }
   const std::string extension = lower_extension(path);
-  if (extension == ".stl") return stream_stl(path, chunk_folder());
+  const ParsingRules rules{reading.triangulation, reading.keep_hulls};
+  if (extension == ".stl") return stream_stl(path, chunk_folder(), rules);
   if (extension != ".obj") return stream_ply(path);
-  std::shared_ptr<const MeshStream> obj =
-      stream_obj(path, chunk_folder(), {reading.triangulation, reading.keep_hulls});
+  std::shared_ptr<const MeshStream> obj = stream_obj(path, chunk_folder(), rules);
   obstacle = find_obstacle({obj->triangle_count(), obj->has_normals(), obj->has_pictures(), {}});
   if (!obstacle.empty()) refuse(path, obstacle);
   return obj;

@@ -16,7 +16,7 @@ class VisibilityMatcher : public Matcher {
  public:
   VisibilityMatcher(const MatchRequest& request, bool hybrid, VisibilityReport& report)
       : context_(context_of(request.source.device)),
-        rays_(request.source.rays()),
+        rays_(request.source.ray_search()),
         query_(ray_query(request, false)),
         samples_per_side_(request.samples),
         is_hybrid_(hybrid),
@@ -51,7 +51,7 @@ class VisibilityMatcher : public Matcher {
 
  private:
   cl::Context& context_;
-  const RayCaster& rays_;
+  const RaySearch& rays_;
   RayQuery query_;
   std::uint32_t samples_per_side_;
   bool is_hybrid_;
@@ -72,7 +72,7 @@ MatchRow row_of(MatchMethod method, std::string_view searches, std::string_view 
   row.info.method = method;
   row.info.searches = searches;
   row.info.options = options;
-  row.is_refittable = true;
+  row.is_refittable = row.supports_large_high_poly = true;
   return row;
 }
 

@@ -79,8 +79,8 @@ struct MatchRow {
   bool is_refittable = false;
   /// True if the match uses MatchRequest::max_sheet_distance when no search distance was given.
   bool uses_sheet_distance = false;
-  /// True if the match searches only by Source::Impl::ray_search() and closest_search(), so that the high poly may be
-  /// larger than memory.
+  /// True if the match searches only by Source::Impl::ray_search(), closest_search(), viewed_surface() and
+  /// triangle_blocks(), so that the high poly may be larger than memory.
   bool supports_large_high_poly = false;
   /// True if messages recommend the match as a fallback, because it finds nearly all points that matches by
   /// views or by UVs miss.

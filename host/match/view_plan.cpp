@@ -49,14 +49,12 @@ struct AreaHistogram {
   /// Lower bound of a bin's areas.
   static double area_at(int bin) { return std::exp2((bin - 200) / 2.0); }
 
-  AreaHistogram(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-    constexpr std::size_t kTrianglesPerBlock = 1 << 16;
-    std::vector<std::array<double, kBins>> block_histograms(
-        (triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock);
-    parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
-      auto& block = block_histograms[begin / kTrianglesPerBlock];
-      for (std::size_t i = begin; i < end; ++i) {
-        const double area = area_of(positions, triangles[i]);
+  explicit AreaHistogram(const TriangleBlocks& mesh) {
+    std::vector<std::array<double, kBins>> block_histograms(mesh.size());
+    mesh.for_each([&](std::size_t number, std::span<const Triangle> triangles) {
+      auto& block = block_histograms[number];
+      for (const Triangle& triangle : triangles) {
+        const double area = area_of(mesh.positions(), triangle);
         if (area > 0) block[static_cast<std::size_t>(area_bin(area))] += area;
       }
     });
@@ -78,14 +76,12 @@ struct AreaHistogram {
 
 }  // namespace
 
-double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                          double radius, std::uint32_t size) {
-  return AreaHistogram(positions, triangles).area_share_below(2 * radius / size);
+double undersampled_share(const TriangleBlocks& mesh, double radius, std::uint32_t size) {
+  return AreaHistogram(mesh).area_share_below(2 * radius / size);
 }
 
-ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                          double radius, std::uint32_t limit) {
-  const AreaHistogram area_histogram(positions, triangles);
+ViewSize choose_view_size(const TriangleBlocks& mesh, double radius, std::uint32_t limit) {
+  const AreaHistogram area_histogram(mesh);
   // Finds the area-weighted median triangle.
   double area_below = 0;
   int median = 0;
@@ -125,20 +121,17 @@ void widen_view_area(ViewArea& area, double dense_radius, std::uint32_t size) {
   area.radius = std::max(area.radius, min_radius);
 }
 
-std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
-                                            std::span<const Triangle> triangles,
-                                            const LowSurface& surface) {
+std::optional<Vec3d> height_field_direction(const TriangleBlocks& mesh, const LowSurface& surface) {
+  const std::span<const Vec3> positions = mesh.positions();
   const auto normal_of = [&](const Triangle& t) {
     const Vec3d a = to_double(positions[t[0]]);
     const Vec3d n = cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
     return std::isfinite(dot(n, n)) ? n : Vec3d{};
   };
   // Sums are computed per block, so that they do not depend on the number of threads.
-  constexpr std::size_t kTrianglesPerBlock = 1 << 16;
-  std::vector<Vec3d> sums((triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock);
-  parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      sums[begin / kTrianglesPerBlock] += normal_of(triangles[i]);
+  std::vector<Vec3d> sums(mesh.size());
+  mesh.for_each([&](std::size_t block, std::span<const Triangle> triangles) {
+    for (const Triangle& triangle : triangles) sums[block] += normal_of(triangle);
   });
   Vec3d mean{};
   for (const Vec3d& sum : sums) mean += sum;
@@ -148,12 +141,10 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     if (std::abs(dot(axis, mean)) > 0.99) mean = axis * std::copysign(1.0, dot(axis, mean));
   }
-  std::vector<std::uint8_t> has_turned_away(
-      (triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock, 0);
-  parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && has_turned_away[begin / kTrianglesPerBlock] == 0; ++i) {
-      if (dot(normal_of(triangles[i]), mean) < 0) has_turned_away[begin / kTrianglesPerBlock] = 1;
-    }
+  std::vector<std::uint8_t> has_turned_away(mesh.size(), 0);
+  mesh.for_each([&](std::size_t block, std::span<const Triangle> triangles) {
+    const auto is_turned_away = [&](const Triangle& t) { return dot(normal_of(t), mean) < 0; };
+    if (std::any_of(triangles.begin(), triangles.end(), is_turned_away)) has_turned_away[block] = 1;
   });
   if (std::find(has_turned_away.begin(), has_turned_away.end(), 1) != has_turned_away.end())
     return std::nullopt;
@@ -186,14 +177,18 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
   // quality[k * count + i]: the cosine between candidate k and the direction of sample i if the
   // candidate sees the sample, else 0.
   std::vector<float> view_quality(candidates.size() * count);
-  const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeViewSide));
+  ViewedSurface& surface = source.viewed_surface();
+  // A streamed surface is read once for each batch.
+  const std::uint32_t batch = std::min({source.is_streamed() ? kCandidateViews : 32U,
+                                        DepthViews::batch_size(context, kProbeViewSide),
+                                        surface.views_at_once(kProbeViewSide)});
   const cl::Array<float> found(context, std::size_t{batch} * count);
   for (std::size_t first = 0; first < candidates.size(); first += batch) {
     const std::size_t last = std::min(candidates.size(), first + batch);
-    const DepthViews views(context, source.raster(),
+    const DepthViews views(context, surface,
                            {candidates.begin() + static_cast<std::ptrdiff_t>(first),
                             candidates.begin() + static_cast<std::ptrdiff_t>(last)},
-                           kProbeViewSide, query.two_sided, query.area);
+                           kProbeViewSide, query.two_sided, query.area, ViewUse::probe);
     views.probe(points, count, capacity, query, found);
     found.read(context, std::span(view_quality).subspan(first * count, (last - first) * count));
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "accel/depth_views.h"
+#include "mesh/triangle_blocks.h"
 #include "source/high_poly.h"
 #include "texel/texels.h"
 
@@ -17,10 +18,8 @@ struct ViewSize {
   std::uint32_t size = 0;
   double undersampled = 0;  ///< Share of the surface whose triangles are smaller than a pixel
 };
-ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                          double radius, std::uint32_t limit);
-double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                          double radius, std::uint32_t size);
+ViewSize choose_view_size(const TriangleBlocks& mesh, double radius, std::uint32_t limit);
+double undersampled_share(const TriangleBlocks& mesh, double radius, std::uint32_t size);
 
 /// The area that views must show: everything within reach of the low poly, so that a floor or a stray
 /// face far away does not consume pixels; the whole high poly if that is not much larger. The high poly
@@ -31,9 +30,7 @@ void widen_view_area(ViewArea& area, double dense_radius, std::uint32_t size);
 
 /// The direction from which all faces of both meshes are front faces, if there is one: for example,
 /// a single view shows all of a height field. At most 2% of the low poly's area may be steeper than 84 degrees.
-std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
-                                            std::span<const Triangle> triangles,
-                                            const LowSurface& surface);
+std::optional<Vec3d> height_field_direction(const TriangleBlocks& mesh, const LowSurface& surface);
 
 /// Directions of views, and the coverage after each of them.
 struct ViewPlan {

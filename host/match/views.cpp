@@ -24,14 +24,14 @@ class ViewMatcher : public Matcher {
     const Source::Impl& source = source_;
     const LowSurface& surface = request.surface;
     query_ = view_query(request);
-    Rasterizer& raster = source.raster();
-    query_.area = view_area(surface, query_.max_distance, raster.radius());
+    ViewedSurface& high = source.viewed_surface();
+    query_.area = view_area(surface, query_.max_distance, high.radius());
     choose_directions(surface, request.views, report);
     size_ = choose_size(request, query_.area.radius, report);
-    widen_view_area(query_.area, raster.radius(), size_);
+    widen_view_area(query_.area, high.radius(), size_);
     report.pixel = 2 * query_.area.radius / size_ / source.frame.scale;
     for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
-    views_per_batch_ = DepthViews::batch_size(context_, size_);
+    views_per_batch_ = std::min(DepthViews::batch_size(context_, size_), high.views_at_once(size_));
     if (directions_.size() <= views_per_batch_) views_.emplace(draw(0, directions_.size()));
     context_.finish();
   }
@@ -58,7 +58,7 @@ class ViewMatcher : public Matcher {
  private:
   DepthViews draw(std::size_t first, std::size_t last) const {
     return {context_,
-            source_.raster(),
+            source_.viewed_surface(),
             std::vector<Vec3d>(directions_.begin() + static_cast<std::ptrdiff_t>(first),
                                directions_.begin() + static_cast<std::ptrdiff_t>(last)),
             size_,
@@ -81,7 +81,7 @@ class ViewMatcher : public Matcher {
     }
     if (!views.count) {
       const std::optional<Vec3d> direction =
-          height_field_direction(source_.positions, source_.triangles, surface);
+          height_field_direction(source_.triangle_blocks(), surface);
       if (direction) {
         report.height_field = true;
         directions_.push_back(*direction);
@@ -122,8 +122,7 @@ class ViewMatcher : public Matcher {
     const ViewOptions& views = request.views;
     if (views.size != 0) {
       report.size = views.size;
-      report.undersampled =
-          undersampled_share(source_.positions, source_.triangles, radius, views.size);
+      report.undersampled = undersampled_share(source_.triangle_blocks(), radius, views.size);
     } else {
       // The size is limited so that all views fit on the device together.
       std::uint32_t limit = kMaxViewSide;
@@ -132,8 +131,7 @@ class ViewMatcher : public Matcher {
       while (limit > 1024 && DepthViews::batch_size(context_, limit) < directions_.size()) {
         limit -= 256;
       }
-      const ViewSize view_size =
-          choose_view_size(source_.positions, source_.triangles, radius, limit);
+      const ViewSize view_size = choose_view_size(source_.triangle_blocks(), radius, limit);
       report.size = view_size.size;
       report.undersampled = view_size.undersampled;
     }
@@ -179,6 +177,7 @@ MatchRow views_match() {
   row.info.searches = "depth views from all around";
   row.info.options = "match.max_distance match.views";
   row.plan_order = 5;
+  row.supports_large_high_poly = true;
   row.make = [](const MatchRequest& request, MatchNotes& notes) -> std::unique_ptr<Matcher> {
     notes.views.emplace();
     return std::make_unique<ViewMatcher>(request, *notes.views);

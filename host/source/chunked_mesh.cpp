@@ -16,6 +16,7 @@
 #include "mesh/usable.h"
 #include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
+#include "source/ranked_set.h"
 
 namespace kiln {
 namespace {
@@ -46,42 +47,6 @@ std::uint32_t cell_of(std::span<const Vec3> positions, const Triangle& triangle)
   return spread_bits(side(a.x + b.x + c.x)) | spread_bits(side(a.y + b.y + c.y)) << 1U |
          spread_bits(side(a.z + b.z + c.z)) << 2U;
 }
-
-/// A set of integers that finds the rank of each member, that is, its index in ascending order.
-class RankedSet {
- public:
-  explicit RankedSet(std::size_t size) : words_(size / 64 + 1), members_before_(words_.size()) {}
-
-  void add(std::uint32_t i) { words_[i / 64] |= std::uint64_t{1} << (i % 64); }
-  /// Prepares rank_of(). \returns the members, ascending
-  std::vector<std::uint32_t> list() {
-    std::uint32_t count = 0;
-    for (std::size_t w = 0; w < words_.size(); ++w) {
-      members_before_[w] = count;
-      count += static_cast<std::uint32_t>(std::popcount(words_[w]));
-    }
-    std::vector<std::uint32_t> ascending_members(count);
-    parallel_for(words_.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t w = begin; w < end; ++w) {
-        std::size_t at = members_before_[w];
-        for (std::uint64_t left = words_[w]; left != 0; left &= left - 1) {
-          ascending_members[at++] =
-              static_cast<std::uint32_t>(w * 64 + static_cast<std::size_t>(std::countr_zero(left)));
-        }
-      }
-    });
-    return ascending_members;
-  }
-  std::uint32_t rank_of(std::uint32_t i) const {
-    const std::uint64_t lower = (std::uint64_t{1} << (i % 64)) - 1;
-    return members_before_[i / 64] +
-           static_cast<std::uint32_t>(std::popcount(words_[i / 64] & lower));
-  }
-
- private:
-  std::vector<std::uint64_t> words_;
-  std::vector<std::uint32_t> members_before_;
-};
 
 /// Reads selected elements of an array in a file. \param at the elements' indices, ascending \param read function that
 /// reads consecutive elements
@@ -146,7 +111,7 @@ class PositionTable {
 std::filesystem::path chunk_folder() { return ocl::kernel_folder().kiln / "chunks"; }
 
 ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOptions& options)
-    : mesh_(std::move(mesh)) {
+    : mesh_(std::move(mesh)), triangles_per_chunk_(std::max<std::size_t>(1, options.triangles)) {
   const std::filesystem::path folder = options.folder.empty() ? chunk_folder() : options.folder;
   const std::string key = mesh_->identity() + "\n" + std::to_string(options.triangles);
   positions_ = read_all_positions(*mesh_);
@@ -156,7 +121,7 @@ ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOpti
     frame_ = Frame::of(sample_, {summary().low, summary().high});
     to_frame();
   } else {
-    sort(folder, key, std::max<std::size_t>(1, options.triangles));
+    sort(folder, key, triangles_per_chunk_);
   }
 }
 
@@ -356,23 +321,59 @@ std::vector<std::uint32_t> ChunkedMesh::renumber(std::span<std::uint32_t> triang
   return ids;
 }
 
+namespace {
+
+/// Selects the vertices that triangles use, in the mesh's order. \param triangles  [in, out] get the new indices
+/// \returns the former indices
+std::vector<std::uint32_t> select_vertices(std::size_t vertex_count,
+                                           std::vector<Triangle>& triangles) {
+  RankedSet used(vertex_count);
+  for_each_polling(triangles.size(), [&](std::size_t t) {
+    for (const std::uint32_t v : triangles[t]) used.add(v);
+  });
+  std::vector<std::uint32_t> vertices = used.list();
+  parallel_for(triangles.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::uint32_t& v : triangles[t]) v = used.rank_of(v);
+    }
+  });
+  return vertices;
+}
+
+std::vector<Vec3> gather(std::span<const Vec3> positions, std::span<const std::uint32_t> vertices) {
+  std::vector<Vec3> result(vertices.size());
+  parallel_for(vertices.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = positions[vertices[i]];
+  });
+  return result;
+}
+
+}  // namespace
+
+MeshShape ChunkedMesh::shape(std::size_t first, std::size_t count) const {
+  MeshShape shape;
+  shape.triangles.resize(count);
+  for_each_piece(*mesh_, first, first + count,
+                 [&](std::size_t from, std::span<const Triangle> piece) {
+                   std::copy(piece.begin(), piece.end(),
+                             shape.triangles.begin() + static_cast<std::ptrdiff_t>(from - first));
+                 });
+  shape.positions = gather(positions_, select_vertices(positions_.size(), shape.triangles));
+  return shape;
+}
+
+MeshShape ChunkedMesh::shape(std::span<const std::uint32_t> ids) const {
+  MeshShape shape;
+  shape.triangles = triangles(ids);
+  shape.positions = gather(positions_, select_vertices(positions_.size(), shape.triangles));
+  return shape;
+}
+
 MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   MeshPart part;
   part.triangles = triangles(ids);
-  RankedSet used(positions_.size());
-  for_each_polling(part.triangles.size(), [&](std::size_t t) {
-    for (const std::uint32_t v : part.triangles[t]) used.add(v);
-  });
-  const std::vector<std::uint32_t> vertices = used.list();
-  parallel_for(part.triangles.size(), kStreamedElementsPerRead,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t t = begin; t < end; ++t) {
-                   for (std::uint32_t& v : part.triangles[t]) v = used.rank_of(v);
-                 }
-               });
-  part.positions.resize(vertices.size());
-  for_each_polling(vertices.size(),
-                   [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
+  const std::vector<std::uint32_t> vertices = select_vertices(positions_.size(), part.triangles);
+  part.positions = gather(positions_, vertices);
   if (mesh_->has_colors()) {
     part.colors = read_elements<MeshStream::Color>(
         vertices,

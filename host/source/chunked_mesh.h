@@ -46,6 +46,12 @@ struct MeshPart {
   std::vector<MeshStream::Color> colors;
 };
 
+/// Positions and triangles of a subset of a mesh; vertices and triangles keep the mesh's order.
+struct MeshShape {
+  std::vector<Vec3> positions;  ///< In the working frame
+  std::vector<Triangle> triangles;
+};
+
 /// Sorts the triangles by position when it is created, and reads chunks and subsets of triangles. Immutable and
 /// thread-safe.
 class ChunkedMesh {
@@ -68,6 +74,13 @@ class ChunkedMesh {
   ChunkTriangles read(std::size_t chunk) const;
   /// Reads the triangles of the given ids, which must ascend.
   std::vector<Triangle> triangles(std::span<const std::uint32_t> ids) const;
+
+  /// Reads consecutive triangles of the mesh, also those that searches ignore.
+  MeshShape shape(std::size_t first, std::size_t count) const;
+  /// Reads the triangles of the given ids, which must ascend.
+  MeshShape shape(std::span<const std::uint32_t> ids) const;
+  /// See ChunkOptions::triangles
+  std::size_t triangles_per_chunk() const { return triangles_per_chunk_; }
 
   /// Replaces each triangle id in a list by its rank among the list's distinct ids. KILN_NO_TRIANGLE stays. \returns
   /// the distinct ids, ascending
@@ -98,6 +111,7 @@ class ChunkedMesh {
   Mesh sample_;
   ChunkFile file_;
   bool reused_ = false;
+  std::size_t triangles_per_chunk_;
 };
 
 }  // namespace kiln

@@ -30,6 +30,7 @@ class LoadedChunks {
 
   cl::Context& context() const { return context_; }
   const ChunkedMesh& mesh() const { return *mesh_; }
+  const std::shared_ptr<const ChunkedMesh>& shared_mesh() const { return mesh_; }
   /// Loads a chunk, and builds its BVH.
   std::shared_ptr<const Chunk> load(std::size_t chunk) const;
   /// Loads only those triangles of a chunk that lie near one of the boxes, and builds their BVH. This is much faster if

@@ -318,6 +318,19 @@ Rasterizer& Source::Impl::raster() const {
   });
 }
 
+ViewedSurface& Source::Impl::viewed_surface() const {
+  if (!is_streamed()) return raster();
+  const auto lock = lock_polling(mutex_);
+  return *build_once(chunked_views_, stats_, [&] {
+    return std::make_unique<ChunkedViews>(context_of(device), chunks_->shared_mesh());
+  });
+}
+
+TriangleBlocks Source::Impl::triangle_blocks() const {
+  if (!is_streamed()) return {positions, triangles};
+  return {chunks_->mesh().positions(), chunks_->mesh().mesh()};
+}
+
 std::shared_ptr<LazyValue> Source::Impl::by_positions() const {
   const auto lock = lock_polling(mutex_);
   return by_positions_;

@@ -15,7 +15,9 @@
 #include "mesh/frame.h"
 #include "mesh/low_surface.h"
 #include "mesh/normals.h"
+#include "mesh/triangle_blocks.h"
 #include "source/chunked_search.h"
+#include "source/chunked_views.h"
 #include "source/saved_tree.h"
 
 namespace kiln {
@@ -77,6 +79,10 @@ struct KILN_HIDDEN Source::Impl {
   const ClosestSearch& closest_search() const;
   /// Searches all of the high poly; on a matched_part(), too, where ray_search() only searches the matched triangles.
   const RaySearch& occluder_search() const;
+  /// The surface that depth views of all of the high poly show.
+  ViewedSurface& viewed_surface() const;
+  /// All triangles of the high poly, and the positions of all of its vertices.
+  TriangleBlocks triangle_blocks() const;
   /// Corners of some triangles in the frame; those of KILN_NO_TRIANGLE are undefined.
   std::vector<std::array<Vec3, 3>> corners_of(std::span<const std::uint32_t> some) const;
   /// BVH and other structures for searches, each built at its first use. \throws Error(internal) if the high poly
@@ -138,6 +144,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<RayCaster> rays_;
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
+  mutable std::unique_ptr<ChunkedViews> chunked_views_;
   mutable std::optional<double> facet_size_;
   std::shared_ptr<LazyValue> by_positions_ = std::make_shared<LazyValue>();
   struct LastLow {

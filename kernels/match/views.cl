@@ -202,11 +202,12 @@ static inline float views_depth_difference(global const kiln_view* view, const v
   return depth - as_float((uint)(key >> 32));
 }
 
+/// \param ids  index in the mesh of each triangle to which keys refer; null: its own
 /// \param score  best score of each sample so far, smaller is better; updated if a view is better
 kernel void kiln_views_match(const kiln_views_params params, global const kiln_view* restrict views,
                              global const ulong* restrict keys, global const uchar* restrict drawn,
                              global const uint* restrict triangles,
-                             global const float* restrict positions,
+                             global const float* restrict positions, global const uint* restrict ids,
                              global const float* restrict points, global float* restrict score,
                              global uint* restrict hit_triangle,
                              global float* restrict hit_barycentric,
@@ -268,7 +269,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
     if (found) {
       const float length = sqrt(dot3(point.offset, point.offset));
       score[i] = best_score;
-      hit_triangle[i] = point.triangle;
+      hit_triangle[i] = ids != 0 ? ids[point.triangle] : point.triangle;
       hit_barycentric[i] = point.u;
       hit_barycentric[i + params.result_capacity] = point.v;
       hit_distance[i] = dot3(point.offset, sample.direction) < 0.0f ? -length : length;

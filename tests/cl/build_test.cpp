@@ -6,6 +6,7 @@
 
 #include "base/progress_guard.h"
 #include "cl/context.h"
+#include "cl/embedded.h"
 #include "support/environment.h"
 
 namespace kiln {
@@ -85,6 +86,28 @@ TEST(Build, FailsAgainWhereItIsAskedForAgain) {
       EXPECT_NE(std::string(error.what()).find("mine.cl"), std::string::npos);
     }
   }
+}
+
+/// A source is the text of all its pieces, joined once.
+TEST(Build, EmbeddedSourcesAreJoinedFromTheirPieces) {
+  for (const char* const family : {"hemisphere_cast", "image", "builtins"}) {
+    const std::string_view source = ocl::embedded_source(family);
+    std::string joined;
+    std::size_t pieces = 0;
+    for (const char* const* piece = ocl::embedded_pieces(family); *piece != nullptr; ++piece) {
+      joined += *piece;
+      ++pieces;
+    }
+    EXPECT_EQ(source, joined) << family;
+    EXPECT_EQ(pieces, source.size() / 12000 + 1) << family;
+    EXPECT_TRUE(source.starts_with("#line 1 \"kernels/")) << family;
+    EXPECT_TRUE(source.ends_with("\n")) << family;
+    EXPECT_EQ(ocl::embedded_source(family).data(), source.data()) << family;
+  }
+  EXPECT_NE(ocl::embedded_source("hemisphere_cast").find("kernel void kiln_hemisphere_cast"),
+            std::string_view::npos);
+  EXPECT_EQ(ocl::embedded_pieces("none"), nullptr);
+  EXPECT_TRUE(ocl::embedded_source("none").empty());
 }
 
 }  // namespace

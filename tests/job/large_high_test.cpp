@@ -106,6 +106,32 @@ TEST(LargeHigh, OptionsThatNeedTheWholeMeshAreNamed) {
   EXPECT_TRUE(kept.is_streamed(35));
 }
 
+/// Plans simplify the whole mesh to many sizes, and compare its pictures with theirs. The remedies bake from the same file.
+TEST(LargeHigh, PlansAreRefusedWithARemedy) {
+  const LargeHigh plain;
+  const auto expect_refused = [&](const std::function<void(JobLow&)>& make) {
+    LargeHigh plan = plain;
+    plan.job.low = JobLow();
+    make(plan.job.low);
+    const std::string error = plan.error();
+    EXPECT_NE(error.find("planning a LOW by rendered errors needs the whole high poly in memory: "
+                         "give LOW, job.low.make.faces, or a largest deviation "
+                         "(job.low.make.max_error = 0.2%)"),
+              std::string::npos)
+        << error;
+    EXPECT_FALSE(plan.is_streamed(400));  // It is read whole where it may fit.
+  };
+  expect_refused([](JobLow& low) { low.make.max_error = "normal=4"; });
+  expect_refused([](JobLow& low) { low.make.max_angle = "2"; });
+  LargeHigh remedy = plain;
+  remedy.job.low = JobLow();
+  remedy.job.low.make.max_error = "0.2%";
+  EXPECT_TRUE(remedy.is_streamed(250));
+  remedy.job.low.make.max_error.clear();
+  remedy.job.low.make.faces = 500;
+  EXPECT_TRUE(remedy.is_streamed(250));
+}
+
 /// Only one file is streamed.
 TEST(LargeHigh, SeveralMeshesAreReadWhole) {
   LargeHigh two;

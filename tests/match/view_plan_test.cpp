@@ -26,7 +26,7 @@ struct Soup {
     }
   }
   ViewSize size(double radius, std::uint32_t limit = 65536) const {
-    return choose_view_size(positions, triangles, radius, limit);
+    return choose_view_size({positions, triangles}, radius, limit);
   }
 };
 
@@ -45,8 +45,8 @@ TEST(ViewPlan, PicturesHaveFourPixelsForTheMedianTriangle) {
     EXPECT_EQ(soup.size(1, 800).size, 800U);
     EXPECT_EQ(soup.size(1, 2048).size, share > 0.5 ? 2048U : 1024U);
     // At 512 pixels over 1 the fine ones are smaller than a pixel, at 1024 they are not.
-    EXPECT_NEAR(undersampled_share(soup.positions, soup.triangles, 0.5, 512), share, 1e-3);
-    EXPECT_EQ(undersampled_share(soup.positions, soup.triangles, 0.5, 1024), 0);
+    EXPECT_NEAR(undersampled_share({soup.positions, soup.triangles}, 0.5, 512), share, 1e-3);
+    EXPECT_EQ(undersampled_share({soup.positions, soup.triangles}, 0.5, 1024), 0);
     EXPECT_NEAR(soup.size(1, 800).undersampled, share, 1e-3);
     EXPECT_EQ(chosen.undersampled, 0);
   }
@@ -100,7 +100,7 @@ TEST(ViewPlan, AHeightFieldHasOneView) {
         const double x = p.x, y = p.y, sign = down ? -1 : 1;
         p = to_float(Vec3d{x * c, sign * y, -x * s * sign});
       }
-      const auto view = height_field_direction(field.positions, field.triangles, low_of(field));
+      const auto view = height_field_direction({field.positions, field.triangles}, low_of(field));
       ASSERT_TRUE(view.has_value());
       const double side = down ? -1 : 1;
       const Vec3d wanted = degrees < 8 ? Vec3d{0, 0, side} : Vec3d{s, 0, side * c};
@@ -120,7 +120,7 @@ TEST(ViewPlan, SteepAndTurnedFacesAreNoHeightField) {
     const Vec3d up{area * std::cos(angle), 0, area * std::sin(angle)}, along{0, 1, 0};
     add_face(low, {}, up, along);
     add_face(low, along * -1.0, up - along, {});
-    return height_field_direction(flat.positions, flat.triangles, low).has_value();
+    return height_field_direction({flat.positions, flat.triangles}, low).has_value();
   };
   EXPECT_TRUE(view(86, 0.018));
   EXPECT_FALSE(view(86, 0.022));
@@ -128,7 +128,7 @@ TEST(ViewPlan, SteepAndTurnedFacesAreNoHeightField) {
   EXPECT_FALSE(view(91, 0.001));
   Mesh turned = flat;
   std::swap(turned.triangles[3][0], turned.triangles[3][1]);
-  EXPECT_FALSE(height_field_direction(turned.positions, turned.triangles, low_of(flat)));
+  EXPECT_FALSE(height_field_direction({turned.positions, turned.triangles}, low_of(flat)));
 }
 
 }  // namespace

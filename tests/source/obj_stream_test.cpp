@@ -277,7 +277,7 @@ TEST(ObjStream, TheFileIsReusedUntilTheMeshChanges) {
   const Mesh mesh = test::BumpySphere::dense(2000);
   const fs::path file = write(obj_of(mesh, {}), folder / "high.obj");
   std::size_t parsed = 0;
-  const auto open = [&](const ObjStreamOptions& options = {}) {
+  const auto open = [&](const ParsingRules& options = {}) {
     parsed = 0;
     ProgressGuard guard([&](double, std::string_view stage) {
       parsed += stage.starts_with("parsing the high poly, piece ") ? 1 : 0;
@@ -312,7 +312,7 @@ TEST(ObjStream, TheFileIsReusedUntilTheMeshChanges) {
 TEST(ObjStream, WhatAWholeReadAloneAllowsIsRefusedByLine) {
   const fs::path folder = test::scratch_folder();
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n";
-  const auto error = [&](const std::string& text, const ObjStreamOptions& options = {}) {
+  const auto error = [&](const std::string& text, const ParsingRules& options = {}) {
     fs::remove_all(folder / "chunks");
     const fs::path file = write(text, folder / "bad.obj");
     return error_of([&] { stream_obj(file, folder / "chunks", options); });

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/formatted.h"
 #include "base/progress_guard.h"
 #include "kiln/bake.h"
 #include "kiln/image.h"
@@ -59,11 +60,44 @@ fs::path write(const std::string& bytes, const fs::path& file) {
   return file;
 }
 
+/// How text_of() writes a mesh.
+struct TextStyle {
+  const char* end_of_line = "\n";
+  bool upper_case = false, indented = false;
+  int digits = 9;
+};
+
+std::string text_of(const Mesh& mesh, const TextStyle& style = {}) {
+  std::string text = "solid a part\n";
+  const std::string indent = style.indented ? "\t  " : "";
+  for (const Triangle& t : mesh.triangles) {
+    text += indent + "facet normal 0 0 1\n" + indent + "outer loop\n";
+    for (const std::uint32_t v : t) {
+      text += indent + "vertex";
+      for (const float value : {mesh.positions[v].x, mesh.positions[v].y, mesh.positions[v].z}) {
+        text += formatted(" %.*g", style.digits, static_cast<double>(value));
+      }
+      text += "\n";
+    }
+    text += indent + (t[0] % 2 == 0 ? "endloop\n" : "end loop\n") + indent +
+            (t[0] % 3 == 0 ? "end facet\n" : "endfacet\n");
+  }
+  text += "endsolid a part\n";
+  if (style.upper_case) {
+    for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  }
+  std::string lines;
+  for (const char c : text) c == '\n' ? lines += style.end_of_line : lines += c;
+  return lines;
+}
+
 /// Expects the vertices and triangles of load_mesh().
 void expect_mesh(const fs::path& file, const fs::path& cache) {
   const Mesh whole = load_mesh(file);
   ASSERT_EQ(stl_layout(file).obstacle, "");
-  ASSERT_EQ(stl_layout(file).triangles, whole.triangles.size());
+  if (!stl_layout(file).is_text) {
+    ASSERT_EQ(stl_layout(file).triangles, whole.triangles.size());
+  }
   const auto stream = stream_stl(file, cache);
   EXPECT_EQ(stream->name(), whole.name);
   EXPECT_FALSE(stream->has_normals());
@@ -117,30 +151,145 @@ TEST(StlStream, JoinsVerticesAsAWholeReadDoes) {
               folder / "chunks");
 }
 
+TEST(StlStream, TextsAreParsedAsInAWholeRead) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  Mesh odd = odd_mesh();
+  odd.positions[7].z = 1e-42F;
+  const Mesh small = test::BumpySphere::dense(3000);
+  expect_mesh(write(text_of(odd), folder / "odd.stl"), cache);
+  expect_mesh(
+      write(text_of(small, {.end_of_line = "\r\n", .upper_case = true}), folder / "dos.stl"),
+      cache);
+  expect_mesh(write(text_of(small, {.end_of_line = "\r", .indented = true}), folder / "mac.stl"),
+              cache);
+  // Corners that are equal in the file are joined; those that rounding makes equal are not
+  std::string text = "\n solid\n";
+  for (const char* const x : {"1", "1.00000000001", "1.0", "-0", "0"}) {
+    text +=
+        std::string("facet\nvertex 0 0 0\nvertex 1 1 0 vertex ") + x + " 0 1\nendloop endfacet\n";
+  }
+  expect_mesh(write(text, folder / "near.stl"), cache);
+  EXPECT_EQ(stream_stl(folder / "near.stl", cache)->vertex_count(), 5U);
+  // Facets that have fewer corners than three are left out
+  text += "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 9 9\nendloop\nendfacet\n";
+  expect_mesh(write(text, folder / "short.stl"), cache);
+}
+
+TEST(StlStream, LongTextsAreReadInPieces) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  const Mesh mesh = test::BumpySphere::dense(100000);
+  for (const char* const end : {"\n", "\r"}) {
+    const std::string text = text_of(mesh, {.end_of_line = end});
+    const fs::path file = write(text, folder / (std::to_string(end[0]) + ".stl"));
+    ASSERT_GT(text.size(), std::size_t{17'000'000});  // Two pieces
+    expect_mesh(file, cache);
+    // Errors name the line, in the last piece, too
+    write(text + "vertex 1 2 3", folder / "bad.stl");
+    const std::string error = error_of([&] { stream_stl(folder / "bad.stl", cache); });
+    EXPECT_NE(error.find("line " + std::to_string(7 * mesh.triangles.size() + 3) +
+                         ": a vertex lies outside of any facet"),
+              std::string::npos)
+        << error;
+  }
+  std::string text = "solid a\n";
+  text.resize(std::size_t{33} << 20, ' ');
+  EXPECT_NE(error_of([&] {
+              stream_stl(write(text, folder / "line.stl"), cache);
+            }).find("a line of more than 16777216 bytes"),
+            std::string::npos);
+  EXPECT_EQ(std::distance(fs::directory_iterator(cache), fs::directory_iterator()), 2);
+}
+
+/// A piece may end between the two characters that end a line, and inside a facet.
+TEST(StlStream, LinesAreCutBehindTheirEnds) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  constexpr std::size_t kPieceBytes = std::size_t{1} << 24;
+  const std::string facet = text_of(test::tetrahedron(), {.end_of_line = "\r\n"}).substr(14);
+  for (const std::size_t before : {0U, 1U, 2U, 30U}) {
+    std::string text = "solid ";
+    const std::size_t first_line = facet.find('\r') + 1;
+    text.resize(kPieceBytes - before - first_line - 2, 'x');
+    text += "\r\n" + facet + "facet\r\nvertex 1 2\r\n";
+    const fs::path file = write(text, folder / "cut.stl");
+    const std::string error = error_of([&] { stream_stl(file, cache); });
+    EXPECT_EQ(error, error_of([&] { load_mesh(file); }));
+    EXPECT_NE(error.find("line 32: a vertex must have three numbers"), std::string::npos) << error;
+  }
+}
+
+TEST(StlStream, TextsAreRefusedByLine) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  const std::string good = "solid a\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n";
+  const auto error = [&](const std::string& text, const ParsingRules& rules = {}) {
+    fs::remove_all(cache);
+    const std::string found =
+        error_of([&] { stream_stl(write(text, folder / "bad.stl"), cache, rules); });
+    EXPECT_EQ(found.empty(), fs::exists(cache) && !fs::is_empty(cache));
+    return found;
+  };
+  const auto expect = [&](const std::string& text, const std::string& problem) {
+    const std::string found = error(text);
+    EXPECT_NE(found.find(problem), std::string::npos) << found;
+  };
+  EXPECT_EQ(error(good), "");
+  expect(good + "facet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendfacet\n",
+         "line 12: it has polygons without normals");
+  expect("solid UCX_a\n" + good, "line 1: it has a collision hull");
+  EXPECT_EQ(error("solid UCX_a\n" + good, {.keep_hulls = true}), "");
+  expect("solid a\n", "no faces of three corners");
+  expect(good + "facet\n", "the file ends inside a facet");
+  expect(good + "facet\nfacet\n", "line 8: a facet starts inside another");
+  expect(good + "endfacet\n", "line 7: endfacet without facet");
+  expect(good + "facets\n", "line 7: \"facets\" is not a keyword");
+  expect(good + "facet\nvertex 2.1 2.3 0.7\nvertex 4.2 4.6 1.4\nvertex 6.3 6.9 2.1\nendfacet\n",
+         "triangles without an area");
+}
+
+TEST(StlStream, SamplesOfATextTellItsTriangles) {
+  const fs::path folder = test::scratch_folder(), file = folder / "high.stl";
+  const Mesh small = test::BumpySphere::dense(2000), large = test::BumpySphere::dense(60000);
+  const auto triangles = [&](const Mesh& mesh, const TextStyle& style) {
+    const StlLayout layout = stl_layout(write(text_of(mesh, style), file));
+    EXPECT_TRUE(layout.is_text);
+    EXPECT_EQ(layout.obstacle, "");
+    return static_cast<double>(layout.triangles);
+  };
+  for (const TextStyle& style : {TextStyle{}, TextStyle{.end_of_line = "\r", .upper_case = true},
+                                 TextStyle{.indented = true, .digits = 17}}) {
+    EXPECT_EQ(triangles(small, style), static_cast<double>(small.triangles.size()));
+    const auto count = static_cast<double>(large.triangles.size());
+    EXPECT_NEAR(triangles(large, style), count, 0.02 * count);
+  }
+}
+
 TEST(StlStream, MapsAreTheSameForAllChunks) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
   const Mesh low = test::BumpySphere::light();
-  const fs::path file = write(stl_of(test::BumpySphere::dense(6000)), folder / "high.stl");
-  const Source whole(*test::device(), load_mesh(file));
-  BakeOptions options;
-  options.width = options.height = 128;
-  options.report.recall = 0;
-  options.match.max_distance = Length::absolute(0.15);
-  options.maps = {MapKind::normal, find_map("height").kind, find_map("position").kind};
-  for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest}) {
-    options.match.method = method;
-    const BakeResult expected = bake(whole, low, options);
-    for (const std::size_t size : {100U, 900U, 7000U}) {
-      const Source source = streamed_source(
-          *test::device(), std::make_shared<const ChunkedMesh>(
-                               stream_stl(file, folder / "chunks"),
-                               ChunkOptions{.triangles = size, .folder = folder / "chunks"}));
-      const BakeResult result = bake(source, low, options);
-      ASSERT_EQ(result.maps.size(), expected.maps.size());
-      EXPECT_EQ(result.coverage, expected.coverage);
-      for (std::size_t m = 0; m < result.maps.size(); ++m) {
-        EXPECT_EQ(result.maps[m].image.pixels, expected.maps[m].image.pixels) << size << ' ' << m;
+  for (const bool is_text : {false, true}) {
+    const Mesh high = test::BumpySphere::dense(6000);
+    const fs::path file =
+        write(is_text ? text_of(high) : stl_of(high), folder / (is_text ? "text.stl" : "high.stl"));
+    const Source whole(*test::device(), load_mesh(file));
+    BakeOptions options;
+    options.width = options.height = 128;
+    options.report.recall = 0;
+    options.match.max_distance = Length::absolute(0.15);
+    options.maps = {MapKind::normal, find_map("height").kind, find_map("position").kind};
+    for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views}) {
+      options.match.method = method;
+      const BakeResult expected = bake(whole, low, options);
+      for (const std::size_t size : {100U, 900U, 7000U}) {
+        const Source source = streamed_source(
+            *test::device(), std::make_shared<const ChunkedMesh>(
+                                 stream_stl(file, folder / "chunks"),
+                                 ChunkOptions{.triangles = size, .folder = folder / "chunks"}));
+        const BakeResult result = bake(source, low, options);
+        ASSERT_EQ(result.maps.size(), expected.maps.size());
+        EXPECT_EQ(result.coverage, expected.coverage);
+        for (std::size_t m = 0; m < result.maps.size(); ++m) {
+          EXPECT_EQ(result.maps[m].image.pixels, expected.maps[m].image.pixels) << size << ' ' << m;
+        }
       }
     }
   }
@@ -210,9 +359,7 @@ TEST(StlStream, WhatIsNotReadInPartsIsRefused) {
   const std::string good = stl_of(test::tetrahedron());
   const fs::path file = folder / "high.stl";
   EXPECT_EQ(stl_layout(write(good + "more", file)).obstacle, "has bytes after its last triangle");
-  EXPECT_EQ(stl_layout(write("solid a\n" + std::string(9000, ' '), file)).obstacle,
-            "is an STL in text");
-  EXPECT_EQ(stl_layout(file).triangles, 30U);
+  EXPECT_EQ(stl_layout(write("solid a\n" + std::string(9000, ' '), file)).triangles, 0U);
   EXPECT_EQ(stl_layout(write(good.substr(0, good.size() - 1), file)).triangles, 0U);
   EXPECT_EQ(stl_layout(write("x", file)).triangles, 0U);
   // Some programs begin the header of a binary file with "solid"
@@ -246,14 +393,22 @@ TEST(StlStream, AJobStreamsOrNamesTheRemedy) {
   EXPECT_EQ(whole.report.find("\"streamed\""), std::string::npos);
   EXPECT_NE(streamed.report.find("\"streamed\""), std::string::npos);
   EXPECT_EQ(whole.maps[0].map.image.pixels, streamed.maps[0].map.image.pixels);
-  // Text is refused
-  std::string text = "solid a\n";
-  text.resize(std::size_t{150} << 20, ' ');
-  job.high = {write(text, folder / "text.stl")};
+  // A text
+  job.high = {write(text_of(test::BumpySphere::dense(300000)), folder / "text.stl")};
+  const JobResult whole_text = run(*test::device(), job);
+  leave_memory(std::uint64_t{290} << 20);
+  const JobResult streamed_text = run(*test::device(), job);
+  set_memory_limit(0);
+  EXPECT_EQ(whole_text.report.find("\"streamed\""), std::string::npos);
+  EXPECT_NE(streamed_text.report.find("\"streamed\""), std::string::npos);
+  EXPECT_EQ(whole_text.maps[0].map.image.pixels, streamed_text.maps[0].map.image.pixels);
+  // What cannot be read in parts is refused
+  job.high = {write(stl_of(high) + "more", folder / "more.stl")};
   leave_memory(std::uint64_t{40} << 20);
   const std::string error = error_of([&] { run(*test::device(), job); });
   set_memory_limit(0);
-  EXPECT_NE(error.find("is larger than memory, and it is an"), std::string::npos) << error;
+  EXPECT_NE(error.find("is larger than memory, and it has bytes after its last"), std::string::npos)
+      << error;
   EXPECT_NE(error.find("write it as a binary, little-endian PLY of triangles, or as a binary STL"),
             std::string::npos)
       << error;

@@ -26,6 +26,7 @@
 #include "mesh/vector.h"
 #include "source/chunked_mesh.h"
 #include "source/high_poly.h"
+#include "source/streamed_bakes.h"
 #include "source/streamed_files.h"
 #include "support/environment.h"
 #include "support/shapes.h"
@@ -36,92 +37,15 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::error_of;
+using test::expect_same_for_chunks;
 using test::leave_memory;
+using test::options_for;
+using test::paint;
 using test::ply_of;
 using test::put;
 using test::save_ply;
-
-void paint(Mesh& mesh) {
-  std::mt19937 random(7);
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    const auto bits = random();
-    mesh.colors.push_back({static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8U),
-                           static_cast<std::uint8_t>(bits >> 16U), 255});
-  }
-}
-
-/// Appends a mesh, moved.
-void add(Mesh& to, const Mesh& other, const Vec3& by) {
-  const auto first = static_cast<std::uint32_t>(to.positions.size());
-  for (const Vec3& p : other.positions)
-    to.positions.push_back({p.x + by.x, p.y + by.y, p.z + by.z});
-  for (const Triangle& t : other.triangles) {
-    to.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  }
-}
-
-/// Sheets that lie on one another, some of them twice, with vertices where
-/// texels' centres are: nearly every search has several equal results.
-Mesh sheets() {
-  Mesh mesh;
-  Mesh sheet = test::plane(12, 12);
-  sheet.normals.clear();
-  Mesh turned = sheet;
-  std::reverse(turned.triangles.begin(), turned.triangles.end());
-  for (Triangle& t : turned.triangles) t = {t[1], t[2], t[0]};
-  add(mesh, sheet, {0, 0, 0.01F});
-  add(mesh, turned, {0, 0, 0.01F});
-  add(mesh, sheet, {0, 0, -0.01F});
-  add(mesh, turned, {0.01F, 0, 0.012F});
-  for (Triangle t : sheet.triangles) {  // the backs of the first sheet, on its own vertices
-    std::swap(t[0], t[1]);
-    mesh.triangles.push_back(t);
-  }
-  mesh.triangles.push_back({0, 0, 1});  // no area
-  return mesh;
-}
-
-BakeOptions options_for(std::uint32_t size, bool colors) {
-  BakeOptions options;
-  options.width = options.height = size;
-  options.maps = {MapKind::normal};
-  for (const char* const name : {"normal_object", "height", "position", "distance", "displacement",
-                                 "slope", "wireframe", "provenance", "mask"}) {
-    options.maps.push_back(find_map(name).kind);
-  }
-  if (colors) options.maps.push_back(find_map("vertex_color").kind);
-  options.report.recall = 0;
-  return options;
-}
-
-void expect_same(const BakeResult& expected, const BakeResult& result, const std::string& what) {
-  ASSERT_EQ(expected.maps.size(), result.maps.size()) << what;
-  EXPECT_EQ(expected.coverage, result.coverage) << what;
-  EXPECT_EQ(expected.report.missed, result.report.missed) << what;
-  EXPECT_EQ(expected.report.samples, result.report.samples) << what;
-  EXPECT_EQ(expected.report.mean_abs_distance, result.report.mean_abs_distance) << what;
-  ASSERT_EQ(expected.report.errors.size(), result.report.errors.size()) << what;
-  for (std::size_t e = 0; e < result.report.errors.size(); ++e) {
-    const MapError &a = expected.report.errors[e], &b = result.report.errors[e];
-    EXPECT_EQ(a.kind.name, b.kind.name) << what;
-    EXPECT_EQ(a.texels, b.texels) << what << ", " << a.kind.name;
-    EXPECT_EQ(a.mean, b.mean) << what << ", " << a.kind.name;
-    EXPECT_EQ(a.rms, b.rms) << what << ", " << a.kind.name;
-    EXPECT_EQ(a.p95, b.p95) << what << ", " << a.kind.name;
-    EXPECT_EQ(a.max, b.max) << what << ", " << a.kind.name;
-  }
-  for (std::size_t m = 0; m < expected.maps.size(); ++m) {
-    const std::vector<float>&a = expected.maps[m].image.pixels, &b = result.maps[m].image.pixels;
-    ASSERT_EQ(a.size(), b.size()) << what;
-    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0)
-        << what << ", " << expected.maps[m].kind.name;
-    ASSERT_EQ(expected.maps[m].ranges.size(), result.maps[m].ranges.size()) << what;
-    for (std::size_t c = 0; c < result.maps[m].ranges.size(); ++c) {
-      EXPECT_EQ(expected.maps[m].ranges[c].low, result.maps[m].ranges[c].low) << what;
-      EXPECT_EQ(expected.maps[m].ranges[c].high, result.maps[m].ranges[c].high) << what;
-    }
-  }
-}
+using test::sheets;
+using test::strip;
 
 /// Maps that cast rays at all of the high poly: plain, with two samples a texel, smoothed, and with the low poly and
 /// another mesh as occluders.
@@ -148,32 +72,12 @@ std::vector<BakeOptions> occlusions(std::uint32_t size, const Mesh& other) {
   all[5].occlusion.rays = 600;  // rays grouped by sample
   all[5].occlusion.by_high = false;
   all[5].occlusion.by_low = true;
+  all.push_back(all[5]);  // views of the low poly
+  all.back().occlusion.by = OcclusionBy::views;
+  all.push_back(options);  // views that no map uses
+  all.back().maps = {MapKind::normal, find_map("thickness").kind, find_map("shadow").kind};
+  all.back().occlusion.by = OcclusionBy::views;
   return all;
-}
-
-/// Bakes from a file in one piece, and in chunks of several sizes.
-void expect_same_for_chunks(const Mesh& high, const Mesh& low,
-                            const std::vector<BakeOptions>& all_options,
-                            const std::vector<std::size_t>& sizes) {
-  const fs::path folder = test::scratch_folder();
-  const fs::path file = save_ply(high, folder);
-  const Source whole(*test::device(), load_mesh(file));
-  std::vector<BakeResult> expected;
-  for (const BakeOptions& options : all_options) expected.push_back(bake(whole, low, options));
-  for (const std::size_t size : sizes) {
-    const auto chunks = std::make_shared<const ChunkedMesh>(
-        stream_ply(file), ChunkOptions{.triangles = size, .folder = folder / "chunks"});
-    EXPECT_GE(chunks->size() * size,
-              high.triangles.size() - chunks->summary().unsearchable_triangles);
-    const Source source = streamed_source(*test::device(), chunks);
-    EXPECT_EQ(source.stats().triangles, whole.stats().triangles);
-    EXPECT_EQ(source.stats().skipped_triangles, whole.stats().skipped_triangles);
-    EXPECT_EQ(source.stats().diagonal, whole.stats().diagonal);
-    for (std::size_t o = 0; o < all_options.size(); ++o) {
-      expect_same(expected[o], bake(source, low, all_options[o]),
-                  std::to_string(size) + " triangles a chunk, options " + std::to_string(o));
-    }
-  }
 }
 
 /// Rays by either rule, nearest points, and rays with nearest points as their
@@ -255,13 +159,6 @@ TEST(Streaming, OcclusionIsTheSameForAllChunks) {
   expect_same_for_chunks(high, test::BumpySphere::light(), all,
                          {high.triangles.size(), high.triangles.size() / 7, 300});
   expect_same_for_chunks(sheets(), test::plane(2, 2), occlusions(32, other), {500, 33});
-}
-
-/// A plane whose UVs are a strip of `width` of the map's width: bands of whole rows have few samples each.
-Mesh strip(float width) {
-  Mesh mesh = test::plane(2, 2);
-  for (Vec2& uv : mesh.uvs) uv.x = 0.5F + (uv.x - 0.5F) * width;
-  return mesh;
 }
 
 // Each band has matched triangles of its own, and smoothed occlusion depends on where bands end.
@@ -444,22 +341,10 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
             std::string::npos);
   options.maps = {find_map("ao").kind};
   EXPECT_TRUE(streaming_obstacle(options).empty());
-  for (const OcclusionBy by : {OcclusionBy::views, OcclusionBy::automatic}) {
-    options.occlusion.by = by;
-    EXPECT_NE(streaming_obstacle(options).text().find("occlusion by views needs the whole"),
-              std::string::npos);
-    options.occlusion.by = OcclusionBy::rays;
-    MapVariant near;
-    near.kind = options.maps[0];
-    near.name = "near";
-    near.occlusion.emplace().by = by;
-    options.variants = {near};
-    EXPECT_FALSE(streaming_obstacle(options).empty());
-    options.variants = {};
-  }
   options = options_for(64, false);
-  options.match.method = find_match("views").method;
-  EXPECT_NE(streaming_obstacle(options).text().find("match by ray, closest or axis"),
+  options.match.method = find_match("uv").method;
+  EXPECT_NE(streaming_obstacle(options).text().find(
+                "match by ray, views, closest, visibility, hybrid or axis"),
             std::string::npos);
   options = options_for(64, false);
   options.match.fallback = {find_match("uv").method};
@@ -473,6 +358,68 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   options.color.emplace();
   EXPECT_NE(streaming_obstacle(options).text().find("a picture of the high poly needs"),
             std::string::npos);
+}
+
+// Only maps that may show the high poly in depth views need all of it.
+TEST(Streaming, OcclusionByViewsIsRefusedWhereAMapUsesIt) {
+  const auto is_refused = [](const BakeOptions& options) {
+    const std::string obstacle = streaming_obstacle(options).text();
+    EXPECT_TRUE(obstacle.empty() || obstacle.starts_with("occlusion by views needs the whole"))
+        << obstacle;
+    return !obstacle.empty();
+  };
+  BakeOptions plain = options_for(64, false);
+  plain.maps = {MapKind::normal};
+  MapVariant near;
+  near.name = "near";
+  for (const OcclusionBy by : {OcclusionBy::views, OcclusionBy::automatic}) {
+    BakeOptions options = plain;
+    options.occlusion.by = by;
+    EXPECT_FALSE(is_refused(options));
+    for (const char* const rays : {"shadow", "thickness"}) {
+      options.maps = {MapKind::normal, find_map(rays).kind};
+      EXPECT_FALSE(is_refused(options)) << rays;
+    }
+    for (const char* const views : {"ao", "bent_normal"}) {
+      options.maps = {MapKind::normal, find_map(views).kind};
+      EXPECT_TRUE(is_refused(options)) << views;
+      // A variant has the options of its own, or those of the bake.
+      BakeOptions varied = plain;
+      near.kind = options.maps[1];
+      near.occlusion.emplace().by = by;
+      varied.variants = {near};
+      EXPECT_TRUE(is_refused(varied)) << views;
+      varied.variants[0].kind = MapKind::normal;
+      EXPECT_FALSE(is_refused(varied)) << views;
+      varied.variants[0].kind = near.kind;
+      varied.variants[0].occlusion.reset();
+      EXPECT_FALSE(is_refused(varied)) << views;
+      varied.occlusion.by = by;
+      EXPECT_TRUE(is_refused(varied)) << views;
+      varied.variants[0].occlusion.emplace();
+      EXPECT_FALSE(is_refused(varied)) << views;
+    }
+    // Views of the low poly alone
+    options.occlusion.by_low = true;
+    EXPECT_TRUE(is_refused(options));
+    options.occlusion.by_high = false;
+    EXPECT_FALSE(is_refused(options));
+  }
+  // What views do not support is always gathered by rays.
+  plain.maps = {find_map("ao").kind};
+  plain.occlusion.by = OcclusionBy::automatic;
+  EXPECT_TRUE(is_refused(plain));
+  const auto with = [&](const std::function<void(OcclusionOptions&)>& change) {
+    BakeOptions options = plain;
+    change(options.occlusion);
+    return is_refused(options);
+  };
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.distance = Length::share(0.1); }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.falloff = OcclusionFalloff::smooth; }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.back_faces = false; }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.max_error = 1; }));
+  EXPECT_FALSE(with([](OcclusionOptions& to) { to.rays = 65; }));
+  EXPECT_TRUE(with([](OcclusionOptions& to) { to.rays = 64; }));
 }
 
 TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
