@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "asset/materials.h"
+#include "clean/steps.h"
 #include "kiln/image.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
@@ -231,9 +232,11 @@ constexpr double kTreeGrowth = 1.2;
 TEST(Counted, SimplificationOfOneEdge) {
   for (const Apexes apexes : {Apexes::anywhere, Apexes::around, Apexes::in_a_plane}) {
     for (const std::uint32_t faces : {64U, 0U}) {
-      EXPECT_LE(growth([&](std::uint32_t n) {
-                  simplify(on_one_edge(std::max(n, 2U), apexes), {.faces = faces});
-                }),
+      EXPECT_LE(growth(
+                    [&](std::uint32_t n) {
+                      simplify(on_one_edge(std::max(n, 2U), apexes), {.faces = faces});
+                    },
+                    8000),
                 kTreeGrowth)
           << static_cast<int>(apexes) << " to " << faces;
     }
@@ -248,23 +251,42 @@ TEST(Counted, TransferBetweenMeshesOfOneEdge) {
     for (std::uint32_t t = 0; t < n; ++t) mesh.groups.push_back(t % 2);
     return mesh;
   };
-  EXPECT_LE(growth([&](std::uint32_t n) {
-              const Mesh mesh = on_one_edge(n, Apexes::anywhere);
-              fit_normals(turned(mesh), mesh);
-            }),
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  const Mesh mesh = on_one_edge(n, Apexes::anywhere);
+                  fit_normals(turned(mesh), mesh);
+                },
+                8000),
             kTreeGrowth);
-  EXPECT_LE(growth([&](std::uint32_t n) {
-              Mesh low = turned(on_one_edge(n, Apexes::anywhere));
-              transfer_labels(named_parts(n), low);
-            }),
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  Mesh low = turned(on_one_edge(n, Apexes::anywhere));
+                  transfer_labels(named_parts(n), low);
+                },
+                8000),
             kTreeGrowth);
-  EXPECT_LE(growth([&](std::uint32_t n) {
-              const Mesh mesh = on_one_edge(n, Apexes::anywhere), low = turned(mesh);
-              const SurfaceDistance surface(mesh.positions, mesh.triangles);
-              low_to_high_distance(surface, low.positions, low.triangles);
-              one_sided_distance(low.positions, low.triangles, surface, 4 * n);
-            }),
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  const Mesh mesh = on_one_edge(n, Apexes::anywhere), low = turned(mesh);
+                  const SurfaceDistance surface(mesh.positions, mesh.triangles);
+                  low_to_high_distance(surface, low.positions, low.triangles);
+                  one_sided_distance(low.positions, low.triangles, surface, 4 * n);
+                },
+                8000),
             kTreeGrowth);
+}
+
+/// Open sides that all end at one vertex: the search for a small hole's rim stops there.
+TEST(Counted, SmallHolesAtOneVertex) {
+  EXPECT_LE(growth([&](std::uint32_t n) {
+              Mesh mesh = needles(n);
+              for (std::uint32_t t = 0; t < n; ++t) {
+                mesh.positions[std::size_t{3} * t] = {0, 0, 0};
+                mesh.triangles[t][0] = 0;
+              }
+              EXPECT_EQ(fill_small_holes(mesh, 1).count, 0U);
+            }),
+            1.1);
 }
 
 }  // namespace
