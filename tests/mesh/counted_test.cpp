@@ -243,7 +243,24 @@ TEST(Counted, SimplificationOfOneEdge) {
   }
 }
 
-/// Normals, names and colours of a low poly that has the high poly's triangles.
+/// Each triangle has UVs of its own, so that every side is a seam.
+TEST(Counted, KeptUvsOfOneEdge) {
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  Mesh mesh = on_one_edge(std::max(n, 2U), Apexes::anywhere);
+                  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+                    const float u = static_cast<float>(t % 128) / 128;
+                    const float v = static_cast<float>(t / 128) / 128;
+                    mesh.uvs.insert(mesh.uvs.end(), {{u, v}, {u + 0.005F, v}, {u, v + 0.005F}});
+                    mesh.uv_triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+                  }
+                  simplify(mesh, {.faces = 64, .keep_uvs = true});
+                },
+                8000),
+            kTreeGrowth);
+}
+
+/// Normals, names and distances of a low poly that has the high poly's triangles.
 TEST(Counted, TransferBetweenMeshesOfOneEdge) {
   const auto named_parts = [](std::uint32_t n) {
     Mesh mesh = on_one_edge(n, Apexes::anywhere);
