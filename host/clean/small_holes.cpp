@@ -77,7 +77,7 @@ class OpenSides {
       std::size_t before, length;
     };
     std::vector<Step> steps{{first, 0, 1}};
-    for (std::size_t i = 0; i < steps.size() && steps.size() < kMaxRimSteps; ++i) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
       const Step step = steps[i];
       if (end(step.side) == start(first)) {
         std::vector<std::uint32_t> rim(step.length);
@@ -88,6 +88,8 @@ class OpenSides {
       if (step.length == kMaxRimEdges) continue;
       for (const VertexLists::Item& item : sides_at_vertex_.of(end(step.side))) {
         steps.push_back({sides_[item.index], i, step.length + 1});
+        // Many sides may start at one vertex, so the limit is checked at each.
+        if (steps.size() == kMaxRimSteps) return {};
       }
     }
     return {};

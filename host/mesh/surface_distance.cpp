@@ -346,7 +346,7 @@ void SurfaceDistance::test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t
 }
 
 void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
-                                  const std::function<void(const Vec3*)>& body) const {
+                                  const std::function<bool(const Vec3*)>& body) const {
   if (nodes_.empty()) return;
   const Vec3d at = to_double(center);
   std::array<std::uint32_t, 64> stack{};

@@ -38,11 +38,14 @@ class SurfaceDistance {
 
   /// Calls `body` with the three corners of each triangle that a ball touches. Some triangles are visited several
   /// times. The order depends on the triangles alone.
+  /// \param body  returns whether to continue
   void each_within(const Vec3& center, double squared_radius,
-                   const std::function<void(const Vec3*)>& body) const;
+                   const std::function<bool(const Vec3*)>& body) const;
 
   /// Corners of all triangles, three per triangle, in tree order. Some triangles occur several times.
   std::span<const Vec3> corners() const { return corners_; }
+  /// Index of the triangle whose corners stand at 3 * i in corners().
+  std::uint32_t triangle_at(std::size_t i) const { return leaf_order_[i]; }
 
  private:
   struct Node : Box<Vec3> {
@@ -91,7 +94,7 @@ struct DistanceReport {
   double mean = 0;
   double root_mean_square = 0;
   std::uint64_t samples = 0;
-  /// Number of samples for which the nearest point was searched. Samples on triangles that the low poly contains
+  /// Number of samples for which the nearest point was searched. Samples on triangles that the other mesh contains
   /// unchanged need no search.
   std::uint64_t searched_count = 0;
 };
@@ -112,7 +115,8 @@ inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, s
 }
 
 /// Distances from the low poly to the high poly, sampled at corners, centroids and edge midpoints of the low poly's
-/// triangles. `searched_count` stays 0. The result does not depend on threads.
+/// triangles. Samples on triangles that the high poly contains unchanged need no search. The result does not depend on
+/// threads.
 DistanceReport low_to_high_distance(const SurfaceDistance& dense, std::span<const Vec3> positions,
                                     std::span<const Triangle> triangles);
 

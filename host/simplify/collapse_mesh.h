@@ -46,6 +46,15 @@ class CollapseMesh {
       if (alive[t] != 0 && contains(t, b)) body(t);
     }
   }
+  /// True if `test` holds for all triangles on an edge. Stops at the first for which it does not.
+  template <class Test>
+  bool all_triangles_on_edge(std::uint32_t a, std::uint32_t b, const Test& test) const {
+    if (valence[b] < valence[a]) std::swap(a, b);
+    for (const std::uint32_t t : around(a)) {
+      if (alive[t] != 0 && contains(t, b) && !test(t)) return false;
+    }
+    return true;
+  }
   template <class Body>
   void each_triangle_around(std::uint32_t vertex, const Body& body) const {
     for (const std::uint32_t t : around(vertex)) {

@@ -15,6 +15,7 @@
 #include "kiln/error.h"
 #include "kiln/validate.h"
 #include "mesh/barycentric_projection.h"
+#include "mesh/kept_triangles.h"
 #include "mesh/surface_distance.h"
 #include "mesh/triangle_spread.h"
 #include "mesh/vector.h"
@@ -249,6 +250,7 @@ std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, 
   }
   if (triangles.empty()) return result;
   const SurfaceDistance surface(low_points, triangles);
+  const KeptTriangles kept(surface.corners());
   // Upper bound of the squared distance to a triangle, which allows for rounding.
   const auto squared_distance_bound = [&](const Vec3& point, std::uint32_t triangle) {
     const Triangle& c = triangles[triangle];
@@ -257,7 +259,8 @@ std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, 
     return known * (1 + kNormalRounding) + kNormalRounding * kNormalRounding;
   };
   parallel_for(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t nearest = 0;
+    std::uint32_t nearest = 0, same = KeptTriangles::kNone;
+    std::size_t sampled_triangle = high_.triangles.size();
     for (std::size_t i = begin; i < end; ++i) {
       const double at = total_area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
       const auto found = std::upper_bound(area_sums_.begin(), area_sums_.end(), at);
@@ -276,9 +279,15 @@ std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, 
                           to_double(positions_[c[2]]) * share[2];
       SampleMatch& match = result[i];
       const Vec3 rounded = to_float(point);
+      if (t != sampled_triangle) {
+        sampled_triangle = t;
+        same = kept.find({positions_[c[0]], positions_[c[1]], positions_[c[2]]});
+      }
       // The search is bounded by the distance to the previous match. Samples follow the order of the high poly's
       // triangles, so consecutive matches are usually close.
-      nearest = surface.nearest(rounded, squared_distance_bound(rounded, nearest));
+      nearest = same != KeptTriangles::kNone
+                    ? surface.triangle_at(same)
+                    : surface.nearest(rounded, squared_distance_bound(rounded, nearest));
       match.triangle = source[nearest];
       Vec3d face_normal = face_of(low_points, low.triangles[match.triangle]);
       if (!sides.empty() && sides.twins[match.triangle] != TwoSided::kNone &&

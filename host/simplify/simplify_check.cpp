@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -33,8 +32,6 @@ constexpr double kShellCosine = 0.5, kShellReach = 0.05;
 constexpr double kSearchRadius = 0.02;
 /// Additional radius around candidates, within which triangles of the high poly are kept in the tree.
 constexpr double kSearchMargin = 0.01;
-/// Number of cells along a side of the grid that finds dense triangles near a point.
-constexpr int kGridCells = 128;
 constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
 
 TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) {
@@ -88,23 +85,6 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
   return found;
 }
 
-/// Calls `body` for the cells of a grid over [-1, 1]^3 that a box touches. The cells are passed as runs along x: the
-/// first cell and their number.
-/// \param body  returns whether to continue
-template <class Body>
-void each_cell_run(const Vec3d& low, const Vec3d& high, const Body& body) {
-  const auto at = [](double x) {
-    return static_cast<std::size_t>(
-        std::clamp(static_cast<int>((x + 1) / 2 * kGridCells), 0, kGridCells - 1));
-  };
-  const std::size_t first = at(low.x), count = at(high.x) - first + 1;
-  for (std::size_t z = at(low.z); z <= at(high.z); ++z) {
-    for (std::size_t y = at(low.y); y <= at(high.y); ++y) {
-      if (!body((z * kGridCells + y) * kGridCells + first, count)) return;
-    }
-  }
-}
-
 void bounding_box_of(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
   low = {std::min({p[0].x, p[1].x, p[2].x}), std::min({p[0].y, p[1].y, p[2].y}),
          std::min({p[0].z, p[1].z, p[2].z})};
@@ -114,32 +94,79 @@ void bounding_box_of(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 
 }  // namespace
 
+/// The range of cells that a box touches along each axis, and the bits of its cells in a row along x.
+struct MarkedCells::Range {
+  std::array<std::size_t, 3> first{}, last{};
+  Row bits{};
+
+  Range(const Vec3d& low, const Vec3d& high) {
+    const auto at = [](double x) {
+      return static_cast<std::size_t>(
+          std::clamp(static_cast<int>((x + 1) / 2 * kGridCells), 0, kGridCells - 1));
+    };
+    first = {at(low.x), at(low.y), at(low.z)};
+    last = {at(high.x), at(high.y), at(high.z)};
+    for (std::size_t x = first[0]; x <= last[0]; ++x) bits[x / 64] |= std::uint64_t{1} << x % 64;
+  }
+  /// Calls `body` with the index of each row, until it returns false.
+  template <class Body>
+  void each_row(const Body& body) const {
+    for (std::size_t z = first[2]; z <= last[2]; ++z) {
+      for (std::size_t y = first[1]; y <= last[1]; ++y) {
+        if (!body(z * kGridCells + y)) return;
+      }
+    }
+  }
+};
+
+void MarkedCells::mark(const Vec3d& low, const Vec3d& high) {
+  if (rows_.empty()) rows_.resize(std::size_t{kGridCells} * kGridCells);
+  const Range range(low, high);
+  range.each_row([&](std::size_t row) {
+    for (std::size_t i = 0; i < range.bits.size(); ++i) rows_[row][i] |= range.bits[i];
+    return true;
+  });
+}
+
+bool MarkedCells::touches(const Vec3d& low, const Vec3d& high) const {
+  const Range range(low, high);
+  bool any = false;
+  range.each_row([&](std::size_t row) {
+    for (std::size_t i = 0; i < range.bits.size(); ++i)
+      any = any || (rows_[row][i] & range.bits[i]) != 0;
+    return !any;
+  });
+  return any;
+}
+
+bool MarkedCells::contains(const MarkedCells& other) const {
+  return std::equal(rows_.begin(), rows_.end(), other.rows_.begin(), other.rows_.end(),
+                    [](const Row& all, const Row& some) {
+                      for (std::size_t i = 0; i < all.size(); ++i) {
+                        if ((some[i] & ~all[i]) != 0) return false;
+                      }
+                      return true;
+                    });
+}
+
 /// Builds a tree of the high poly's triangles around the candidates. Most meshes have few candidates.
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
   if (surface_ && marked_cells_.empty()) return;  // The tree holds all triangles already
-  // With this margin, the tree can still be used after repairs have moved some candidates.
-  std::vector<std::uint8_t> needed_cells(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
-      marked_cells = needed_cells;
-  Vec3d low{}, high{};
-  for (const std::uint32_t t : candidates) {
-    bounding_box_of(corners_of(points, triangles[t]), low, high);
-    const double reach = kSearchRadius + length(high - low);
-    for (auto* cells : {&needed_cells, &marked_cells}) {
-      const double cell_margin = cells == &needed_cells ? reach : reach + kSearchMargin;
-      const Vec3d cell_margins{cell_margin, cell_margin, cell_margin};
-      each_cell_run(low - cell_margins, high + cell_margins,
-                    [&](std::size_t first, std::size_t count) {
-                      std::memset(cells->data() + first, 1, count);
-                      return true;
-                    });
+  const auto cells_around_candidates = [&](double margin) {
+    MarkedCells cells;
+    Vec3d low{}, high{};
+    for (const std::uint32_t t : candidates) {
+      bounding_box_of(corners_of(points, triangles[t]), low, high);
+      const double reach = kSearchRadius + length(high - low) + margin;
+      cells.mark(low - Vec3d{reach, reach, reach}, high + Vec3d{reach, reach, reach});
     }
-  }
-  const bool is_known = std::equal(
-      needed_cells.begin(), needed_cells.end(), marked_cells_.begin(), marked_cells_.end(),
-      [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
-  if (is_known) return;
+    return cells;
+  };
+  if (marked_cells_.contains(cells_around_candidates(0))) return;
+  // With this margin, the tree can still be used after repairs have moved some candidates.
+  marked_cells_ = cells_around_candidates(kSearchMargin);
   std::vector<std::uint8_t> is_in_marked_cell(triangles_.size(), 0);
   parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
     Vec3d from{}, to{};
@@ -148,10 +175,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
       bounding_box_of(
           {to_double(positions_[t[0]]), to_double(positions_[t[1]]), to_double(positions_[t[2]])},
           from, to);
-      each_cell_run(from, to, [&](std::size_t first, std::size_t count) {
-        is_in_marked_cell[i] = std::memchr(marked_cells.data() + first, 1, count) != nullptr;
-        return is_in_marked_cell[i] == 0;
-      });
+      is_in_marked_cell[i] = marked_cells_.touches(from, to) ? 1 : 0;
     }
   });
   near_triangles_.clear();
@@ -159,13 +183,15 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
     if (is_in_marked_cell[i] != 0) near_triangles_.push_back(triangles_[i]);
   }
   surface_ = std::make_unique<SurfaceDistance>(positions_, near_triangles_);
-  marked_cells_ = std::move(marked_cells);
+  kept_.emplace(surface_->corners());
 }
 
 /// True if the high poly faces in the opposite direction near at least three of four points on the triangle.
 /// \param shell  true: if a wall of a thin shell near the triangle has a similar normal, the triangle does not face
 ///   away
 bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
+  if (kept_->find({to_float(p[0]), to_float(p[1]), to_float(p[2])}) != KeptTriangles::kNone)
+    return false;
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
   const double shell_reach = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
@@ -184,12 +210,15 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
     double best = agreement(corners);
     const double radius = 1.1 * std::sqrt(nearest) + 1e-4;
     if (best < kMaxAwayCosine) {
-      surface_->each_within(point, radius * radius,
-                            [&](const Vec3* c) { best = std::max(best, agreement(c)); });
+      surface_->each_within(point, radius * radius, [&](const Vec3* c) {
+        best = std::max(best, agreement(c));
+        return best < kMaxAwayCosine;
+      });
     }
     if (best < kMaxAwayCosine && shell_reach > radius) {
       surface_->each_within(point, shell_reach * shell_reach, [&](const Vec3* c) {
         if (agreement(c) > kShellCosine) best = 1;
+        return best < kMaxAwayCosine;
       });
     }
     faces_away_at += best < kMaxAwayCosine;
@@ -206,13 +235,17 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
   for (const Vec3d& corner : p) radius = std::max(radius, length(corner - center));
   const Vec3d normal = unit_or_zero(normal_of(p));
   double max_cosine = -1, min_cosine = 1;
+  const auto is_sharp = [&] {
+    return max_cosine > -kMaxSharpCosine && min_cosine < kMaxSharpCosine;
+  };
   surface_->each_within(to_float(center), radius * radius, [&](const Vec3* c) {
     const double cosine =
         dot(normal, unit_or_zero(normal_of({to_double(c[0]), to_double(c[1]), to_double(c[2])})));
     max_cosine = std::max(max_cosine, cosine);
     min_cosine = std::min(min_cosine, cosine);
+    return !is_sharp();
   });
-  return max_cosine > -kMaxSharpCosine && min_cosine < kMaxSharpCosine;
+  return is_sharp();
 }
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,

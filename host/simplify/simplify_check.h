@@ -2,12 +2,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kiln/types.h"
+#include "mesh/kept_triangles.h"
 #include "mesh/surface_distance.h"
 #include "simplify/collapse_shape.h"
 
@@ -49,6 +52,25 @@ inline bool is_flat(const TriangleCorners& p) { return is_thin(p, kMaxDegenerate
 
 }  // namespace flaw_rules
 
+/// Cells of a grid over [-1, 1]^3, as a bit each. A box is marked by its rows of cells along x, so that large boxes cost
+/// little.
+class MarkedCells {
+ public:
+  bool empty() const { return rows_.empty(); }
+  /// Marks the cells that a box touches.
+  void mark(const Vec3d& low, const Vec3d& high);
+  /// True if the box touches a marked cell. Some cell must be marked.
+  bool touches(const Vec3d& low, const Vec3d& high) const;
+  /// True if all cells of the other are marked here, too. The other must not be empty.
+  bool contains(const MarkedCells& other) const;
+
+ private:
+  static constexpr int kGridCells = 128;
+  using Row = std::array<std::uint64_t, kGridCells / 64>;
+  struct Range;
+  std::vector<Row> rows_;
+};
+
 /// Compares a low poly with its high poly. Coordinates should be of about unit size.
 class SimplifyCheck {
  public:
@@ -62,7 +84,8 @@ class SimplifyCheck {
       : positions_(positions),
         triangles_(triangles),
         height_field_(false),
-        surface_(std::make_unique<SurfaceDistance>(positions, triangles)) {}
+        surface_(std::make_unique<SurfaceDistance>(positions, triangles)),
+        kept_(surface_->corners()) {}
 
   Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
   /// Variant of find() that checks only the triangles whose indices are in `included`.
@@ -84,9 +107,10 @@ class SimplifyCheck {
   std::span<const Triangle> triangles_;
   bool height_field_;
   std::vector<Triangle> near_triangles_;  ///< Triangles of the high poly near the candidates
-  /// For each cell of the grid, 1 if a triangle of near_triangles_ touches it
-  std::vector<std::uint8_t> marked_cells_;
+  MarkedCells marked_cells_;              ///< Cells whose triangles are in near_triangles_
   std::unique_ptr<SurfaceDistance> surface_;
+  std::optional<KeptTriangles>
+      kept_;  ///< Triangles of surface_; a low-poly triangle among them has no flaw
 };
 
 /// Number of loops of open edges: holes and rims.

@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "mesh/frame.h"
+#include "mesh/kept_triangles.h"
 #include "mesh/surface_distance.h"
 #include "mesh/two_sided.h"
 #include "mesh/vector.h"
@@ -42,6 +43,7 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
     usable_triangles.push_back(t);
   }
   const SurfaceDistance surface(high_points, usable);
+  const KeptTriangles kept(surface.corners());
   const TwoSided low_sides = TwoSided::of(low);
   const TwoSided sides = low_sides.empty() ? low_sides : TwoSided::of(high);
   const auto select_side = [&](std::uint32_t found, const Triangle& t) {
@@ -53,14 +55,18 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
   parallel_for(nearest.size(), kNamesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
+      const auto& [a, b, c] = low.triangles[t];
+      const std::uint32_t same = kept.find({low_points[a], low_points[b], low_points[c]});
+      const auto nearest_to = [&](const Vec3d& point) {
+        return usable_triangles[same != KeptTriangles::kNone ? surface.triangle_at(same)
+                                                             : surface.nearest(to_float(point))];
+      };
       std::array<Vec3d, 3> corner{};
       for (std::size_t k = 0; k < 3; ++k) corner[k] = to_double(low_points[low.triangles[t][k]]);
       const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
-      nearest[t][0] = usable_triangles[surface.nearest(to_float(middle))];
-      for (std::size_t k = 0; k < 3; ++k) {
-        nearest[t][k + 1] =
-            usable_triangles[surface.nearest(to_float(middle * 0.5 + corner[k] * 0.5))];
-      }
+      nearest[t][0] = nearest_to(middle);
+      for (std::size_t k = 0; k < 3; ++k)
+        nearest[t][k + 1] = nearest_to(middle * 0.5 + corner[k] * 0.5);
       for (std::uint32_t& found : nearest[t]) found = select_side(found, low.triangles[t]);
     }
   });

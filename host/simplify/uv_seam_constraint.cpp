@@ -182,14 +182,14 @@ std::uint32_t UvSeamConstraint::corner_at(const CollapseMesh& mesh, std::uint32_
 bool UvSeamConstraint::is_uv_border(const CollapseMesh& mesh, std::uint32_t a,
                                     std::uint32_t b) const {
   std::uint32_t count = 0, at_a = 0, at_b = 0;
-  bool is_same_edge = true;
-  mesh.each_triangle_on_edge(a, b, [&](std::uint32_t t) {
+  // Stops at the third triangle, since an edge may have very many.
+  const bool is_same_edge = mesh.all_triangles_on_edge(a, b, [&](std::uint32_t t) {
     const std::uint32_t ca = corner_at(mesh, t, a), cb = corner_at(mesh, t, b);
     if (count++ == 0) {
       at_a = ca;
       at_b = cb;
     }
-    is_same_edge = is_same_edge && ca == at_a && cb == at_b;
+    return count <= 2 && ca == at_a && cb == at_b;
   });
   return count != 2 || !is_same_edge;
 }

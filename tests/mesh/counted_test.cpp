@@ -2,6 +2,7 @@
 // tests/CMakeLists.txt compiles with a call to count() in each.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -13,11 +14,15 @@
 #include <vector>
 
 #include "asset/materials.h"
+#include "clean/steps.h"
 #include "kiln/image.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
+#include "kiln/normals.h"
+#include "kiln/simplify.h"
 #include "mesh/curvature.h"
 #include "mesh/surface_distance.h"
+#include "simplify/transfer_labels.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -187,6 +192,116 @@ TEST(Counted, NearestPointsOfNeedles) {
               const Mesh mesh = needles(n);
               const SurfaceDistance surface(mesh.positions, mesh.triangles);
               for (const Vec3& p : sheet(1000).positions) surface.squared(p);
+            }),
+            1.1);
+}
+
+/// n triangles on one edge, whose third corners are anywhere, on a circle around the edge, or in a plane with it.
+enum class Apexes { anywhere, around, in_a_plane };
+Mesh on_one_edge(std::uint32_t n, Apexes apexes) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> place(-1, 1);
+  Mesh mesh;
+  mesh.positions = {{0, 0, -0.5F}, {0, 0, 0.5F}};
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const float angle = 6.2831853F * static_cast<float>(i) / static_cast<float>(n);
+    const float x = place(random), y = place(random), z = place(random);
+    mesh.positions.push_back(apexes == Apexes::anywhere ? Vec3{x, y, z}
+                             : apexes == Apexes::around ? Vec3{std::cos(angle), std::sin(angle), 0}
+                                                        : Vec3{x, 0, z});
+    mesh.triangles.push_back({0, 1, 2 + i});
+  }
+  return mesh;
+}
+
+/// The triangles in another order, each from another corner on.
+Mesh turned(Mesh mesh) {
+  std::reverse(mesh.triangles.begin(), mesh.triangles.end());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Triangle& corners = mesh.triangles[t];
+    std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(t % 3),
+                corners.end());
+  }
+  return mesh;
+}
+
+/// Building a tree takes n log n, which grows by this power here.
+constexpr double kTreeGrowth = 1.2;
+
+/// Triangles on one edge, whose boxes all overlap, are kept: no search visits them.
+TEST(Counted, SimplificationOfOneEdge) {
+  for (const Apexes apexes : {Apexes::anywhere, Apexes::around, Apexes::in_a_plane}) {
+    for (const std::uint32_t faces : {64U, 0U}) {
+      EXPECT_LE(growth(
+                    [&](std::uint32_t n) {
+                      simplify(on_one_edge(std::max(n, 2U), apexes), {.faces = faces});
+                    },
+                    8000),
+                kTreeGrowth)
+          << static_cast<int>(apexes) << " to " << faces;
+    }
+  }
+}
+
+/// Each triangle has UVs of its own, so that every side is a seam.
+TEST(Counted, KeptUvsOfOneEdge) {
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  Mesh mesh = on_one_edge(std::max(n, 2U), Apexes::anywhere);
+                  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+                    const float u = static_cast<float>(t % 128) / 128;
+                    const float v = static_cast<float>(t / 128) / 128;
+                    mesh.uvs.insert(mesh.uvs.end(), {{u, v}, {u + 0.005F, v}, {u, v + 0.005F}});
+                    mesh.uv_triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+                  }
+                  simplify(mesh, {.faces = 64, .keep_uvs = true});
+                },
+                8000),
+            kTreeGrowth);
+}
+
+/// Normals, names and distances of a low poly that has the high poly's triangles.
+TEST(Counted, TransferBetweenMeshesOfOneEdge) {
+  const auto named_parts = [](std::uint32_t n) {
+    Mesh mesh = on_one_edge(n, Apexes::anywhere);
+    mesh.group_names = {"a", "b"};
+    for (std::uint32_t t = 0; t < n; ++t) mesh.groups.push_back(t % 2);
+    return mesh;
+  };
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  const Mesh mesh = on_one_edge(n, Apexes::anywhere);
+                  fit_normals(turned(mesh), mesh);
+                },
+                8000),
+            kTreeGrowth);
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  Mesh low = turned(on_one_edge(n, Apexes::anywhere));
+                  transfer_labels(named_parts(n), low);
+                },
+                8000),
+            kTreeGrowth);
+  EXPECT_LE(growth(
+                [&](std::uint32_t n) {
+                  const Mesh mesh = on_one_edge(n, Apexes::anywhere), low = turned(mesh);
+                  const SurfaceDistance surface(mesh.positions, mesh.triangles);
+                  low_to_high_distance(surface, low.positions, low.triangles);
+                  one_sided_distance(low.positions, low.triangles, surface, 4 * n);
+                },
+                8000),
+            kTreeGrowth);
+}
+
+/// Open sides that all end at one vertex: the search for a small hole's rim stops there.
+TEST(Counted, SmallHolesAtOneVertex) {
+  EXPECT_LE(growth([&](std::uint32_t n) {
+              Mesh mesh = needles(n);
+              for (std::uint32_t t = 0; t < n; ++t) {
+                mesh.positions[std::size_t{3} * t] = {0, 0, 0};
+                mesh.triangles[t][0] = 0;
+              }
+              EXPECT_EQ(fill_small_holes(mesh, 1).count, 0U);
             }),
             1.1);
 }

@@ -1,12 +1,17 @@
 // Groups, objects and materials that a simplified mesh keeps.
+#include "simplify/transfer_labels.h"
+
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "mesh/surface_distance.h"
+#include "mesh/vector.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -96,6 +101,37 @@ TEST(KeepNames, NearestTriangleIsTheNearest) {
     const std::uint32_t found = all.nearest(point);
     const SurfaceDistance alone(mesh.positions, std::vector<Triangle>{mesh.triangles[found]});
     EXPECT_EQ(alone.squared(point), all.squared(point)) << i;
+  }
+}
+
+/// The high poly's triangles in another order and from another corner on. Each has a group and a normal of its own.
+TEST(KeepNames, OfTrianglesThatAreKept) {
+  Mesh high;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    const float x = 2 * static_cast<float>(i);
+    high.positions.insert(high.positions.end(), {{x, 0, 0}, {x + 1, 0, 0}, {x, 1, 0}});
+    high.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    high.groups.push_back(i);
+    high.group_names.push_back("group " + std::to_string(i));
+    high.normals.push_back({std::cos(x), std::sin(x), 2});
+    high.normal_triangles.push_back({i, i, i});
+  }
+  Mesh low;
+  low.positions = high.positions;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    const Triangle& corners = high.triangles[59 - i];
+    low.triangles.push_back({corners[1], corners[2], corners[0]});
+  }
+  transfer_labels(high, low);
+  const Mesh fitted = fit_normals(low, high, {.purpose = NormalPurpose::shading});
+  for (std::uint32_t t = 0; t < low.triangles.size(); ++t) {
+    const std::uint32_t same = 59 - t;
+    EXPECT_EQ(low.groups[t], same);
+    const Vec3d own = to_double(high.normals[same]);
+    for (const std::uint32_t n : fitted.normal_triangles[t]) {
+      const Vec3d normal = to_double(fitted.normals[n]);
+      EXPECT_GT(dot(normal, own), 0.999 * length(normal) * length(own)) << same;
+    }
   }
 }
 
