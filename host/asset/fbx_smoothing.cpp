@@ -170,7 +170,8 @@ class BinaryGroups {
         offset += 12;
         if (offset > record.children || stored > record.children - offset) return {};
         const std::uint64_t size = 4 * count;
-        if (size > (encoding == 0 ? stored : most_unpacked(Packing::deflate, stored))) return {};
+        if (size > (encoding == 0 ? stored : max_unpacked_bytes(Packing::deflate, stored)))
+          return {};
         values.resize(count);
         if (count == 0) return values;
         auto* const destination = reinterpret_cast<Bytef*>(values.data());
