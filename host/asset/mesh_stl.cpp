@@ -38,13 +38,14 @@ class StlColors {
     // Programs that write only a default colour leave these bytes 0, which would otherwise mean
     // black triangles.
     const Bits bits = scan_bits();
-    by_triangle_ = !bits.are_alike || bits.first != 0;
-    mark_counts_ = !bits.are_all_marked;
-    if (mark_counts_ || !by_triangle_) return;
+    by_triangle_ = !bits.are_all_equal || bits.first != 0;
+    uses_default_if_marked_ = !bits.are_all_marked;
+    if (uses_default_if_marked_ || !by_triangle_) return;
     // After the colour in the header, MeshLab writes a blank, and Magics an alpha value.
-    const bool is_meshlabs = header.substr(at + kMagicsPrefix.size() + 3).starts_with(" MATERIAL=");
-    if (!bits.are_alike || is_meshlabs) return;
-    mark_counts_ = true;
+    const bool is_written_by_meshlab =
+        header.substr(at + kMagicsPrefix.size() + 3).starts_with(" MATERIAL=");
+    if (!bits.are_all_equal || is_written_by_meshlab) return;
+    uses_default_if_marked_ = true;
     const std::uint32_t color_bits = bits.first & ~kDefaultColorBit;
     const std::array<std::uint8_t, 3> channels = channels_of(color_bits);
     // Largest rounding error of 5-bit channels, in units of 1/255
@@ -69,7 +70,7 @@ class StlColors {
     const bool is_marked = (bits & kDefaultColorBit) != 0;
     const std::array<std::uint8_t, 3> channels = channels_of(bits);
     if (default_color_) {
-      if ((is_marked && mark_counts_) || !by_triangle_) return default_color_;
+      if ((is_marked && uses_default_if_marked_) || !by_triangle_) return default_color_;
       return std::array<std::uint8_t, 4>{channels[0], channels[1], channels[2], 255};
     }
     if (!is_marked) return std::nullopt;
@@ -86,7 +87,7 @@ class StlColors {
   struct Bits {
     std::uint64_t count = 0;
     std::uint32_t first = 0;
-    bool are_alike = true, are_all_marked = true;
+    bool are_all_equal = true, are_all_marked = true;
   };
   Bits scan_bits() const {
     Bits bits;
@@ -94,7 +95,7 @@ class StlColors {
     if (bits.count != 0) bits.first = attribute(0);
     for (std::uint64_t t = 0; t < bits.count; ++t) {
       const std::uint32_t color_bits = attribute(t);
-      bits.are_alike = bits.are_alike && color_bits == bits.first;
+      bits.are_all_equal = bits.are_all_equal && color_bits == bits.first;
       bits.are_all_marked = bits.are_all_marked && (color_bits & kDefaultColorBit) != 0;
     }
     return bits;
@@ -111,7 +112,7 @@ class StlColors {
   std::string_view bytes_;
   /// The default colour in a header of Magics
   std::optional<std::array<std::uint8_t, 4>> default_color_;
-  bool by_triangle_ = true, mark_counts_ = true;
+  bool by_triangle_ = true, uses_default_if_marked_ = true;
 };
 
 Mesh read_binary(const MeshInput& input) {
@@ -183,12 +184,12 @@ Mesh read_ascii(const MeshInput& input) {
   std::vector<std::uint64_t> triangle_lines;
   std::vector<std::uint32_t> corners;
   const char* const remedy = "Correct the line or export the mesh again.";
-  bool in_facet = false;
+  bool is_in_facet = false;
   for (;;) {
     const std::string word = keyword_at(scan);
     if (word.empty()) break;
     if (word == "vertex") {
-      if (!in_facet) input.fail(scan.place(), "a vertex lies outside of any facet", remedy);
+      if (!is_in_facet) input.fail(scan.place(), "a vertex lies outside of any facet", remedy);
       MeshBuilder::Position p;
       for (double& value : p) {
         const std::string_view token = scan.token_in_line();
@@ -202,13 +203,13 @@ Mesh read_ascii(const MeshInput& input) {
       }
       corners.push_back(welder.add(p));
     } else if (word == "facet") {
-      if (in_facet) input.fail(scan.place(), "a facet starts inside another", remedy);
-      in_facet = true;
+      if (is_in_facet) input.fail(scan.place(), "a facet starts inside another", remedy);
+      is_in_facet = true;
       corners.clear();
       scan.rest_of_line();
     } else if (word == "endfacet") {
-      if (!in_facet) input.fail(scan.place(), "endfacet without facet", remedy);
-      in_facet = false;
+      if (!is_in_facet) input.fail(scan.place(), "endfacet without facet", remedy);
+      is_in_facet = false;
       if (corners.size() >= 3)
         triangle_lines.insert(triangle_lines.end(), corners.size() - 2, scan.line());
       builder.add_face(corners);
@@ -220,7 +221,7 @@ Mesh read_ascii(const MeshInput& input) {
                  remedy);
     }
   }
-  if (in_facet)
+  if (is_in_facet)
     input.fail(scan.place(), "the file ends inside a facet (truncated)", "Copy it again.");
   builder.describe_face = [&triangle_lines](std::uint32_t triangle) {
     return triangle < triangle_lines.size() ? "line " + std::to_string(triangle_lines[triangle])
