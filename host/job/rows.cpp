@@ -428,7 +428,7 @@ OptionValue bytes_value() {
   return value;
 }
 
-/// The value of --dither: a switch with an optional value; without one it is on.
+/// The value of --dither: a switch with an optional value; the flag without a value means on.
 OptionValue dither_value() {
   const std::vector<std::string> names = names_of(Words(kDitherWords));
   OptionValue value = value_of<Job>(

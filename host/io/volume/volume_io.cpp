@@ -212,7 +212,7 @@ Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout&
                               std::to_string(layout.size[1]) + " x " +
                               std::to_string(layout.size[2]);
     input.fail("",
-               "the dimensions " + sizes + " of " + name_of(layout.type) + " ask for " +
+               "the dimensions " + sizes + " of " + name_of(layout.type) + " need " +
                    std::to_string(voxels) + " bytes" +
                    (header != 0 ? " after a header of " + std::to_string(header) : "") +
                    ", but the file has " + std::to_string(source->size()),

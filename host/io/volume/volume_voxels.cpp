@@ -35,7 +35,7 @@ std::uint64_t voxel_count(const Volume& volume) {
                                           std::uint64_t expected, const std::string& found,
                                           const Message& remedy) {
   input.fail("voxels",
-             "the header asks for " + sizes_text(volume) + " = " + std::to_string(expected) +
+             "the header declares " + sizes_text(volume) + " = " + std::to_string(expected) +
                  " bytes, but the file has " + found + " (truncated, or wrong dimensions)",
              remedy);
 }
@@ -82,7 +82,7 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
       const std::string_view token = scan.token();
       if (token.empty()) {
         input.fail("voxels",
-                   "the header asks for " + std::to_string(count) +
+                   "the header declares " + std::to_string(count) +
                        " values as text, but there are " + std::to_string(i) +
                        " (truncated, or wrong dimensions)",
                    place.remedy);
