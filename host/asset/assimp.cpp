@@ -122,7 +122,7 @@ class SceneReader {
     struct Visit {
       const aiNode* node;
       std::uint32_t parent;
-      AffineMap of_parent;
+      AffineMap parent_to_world;
     };
     std::vector<Visit> open = {{scene_.mRootNode, AssetNode::kNone, AssetNode().transform}};
     while (!open.empty()) {
@@ -134,7 +134,7 @@ class SceneReader {
       node.parent = visit.parent;
       node.transform = transform_of(visit.node->mTransformation);
       if (visit.parent == AssetNode::kNone) node.transform = product(to_world, node.transform);
-      const AffineMap world = product(visit.of_parent, node.transform);
+      const AffineMap world = product(visit.parent_to_world, node.transform);
       if (visit.node->mNumMeshes != 0) {
         for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
           if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it refers to no mesh");
@@ -188,14 +188,14 @@ class SceneReader {
   /// Merges corners with equal position and colour into one vertex, since Assimp gives each corner
   /// its own vertex.
   /// \param poses  a transform per vertex; empty: that of the node for all
-  std::vector<std::uint32_t> add_vertices(const aiMesh& mesh, const AffineMap& of_node,
+  std::vector<std::uint32_t> add_vertices(const aiMesh& mesh, const AffineMap& node_to_world,
                                           const std::vector<AffineMap>& poses) {
     using Key = std::array<std::uint64_t, 4>;
     std::map<Key, std::uint32_t> vertex_of_key;
     std::vector<std::uint32_t> merged_vertex(mesh.mNumVertices);
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D& p = mesh.mVertices[v];
-      const AffineMap& world = poses.empty() ? of_node : poses[v];
+      const AffineMap& world = poses.empty() ? node_to_world : poses[v];
       MeshBuilder::Position place{};
       Key key{};
       for (std::size_t i = 0; i < 3; ++i) {
@@ -289,7 +289,7 @@ class SceneReader {
     DisjointSets pieces(corner_masks.size());
     join_by_groups(std::move(corners), corner_masks, pieces);
     for (std::size_t p = 0; p < parts.size(); ++p) {
-      std::vector<std::uint32_t>& pieces_of_vertex = pieces_[parts[p]].of_vertex;
+      std::vector<std::uint32_t>& pieces_of_vertex = pieces_[parts[p]].piece_of_vertex;
       for (unsigned v = 0; v < scene_.mMeshes[parts[p]]->mNumVertices; ++v) {
         pieces_of_vertex.push_back(pieces.find(first[p] + v));
       }
@@ -299,13 +299,13 @@ class SceneReader {
   /// Index of the builder's normal at each corner of a mesh, from smoothing groups; empty if the
   /// mesh has no groups.
   std::vector<std::uint32_t> smooth_normals(unsigned index) {
-    if (pieces_.empty() || pieces_[index].of_vertex.empty()) return {};
+    if (pieces_.empty() || pieces_[index].piece_of_vertex.empty()) return {};
     SmoothPieces& pieces = pieces_[index];
     // The parts of a mesh have the same transform, so they share normals where they touch.
     std::map<std::uint32_t, std::uint32_t>& normal_of_piece =
         piece_normals_[{pieces.mesh, pieces.times_placed++}];
     std::vector<std::uint32_t> normals;
-    for (const std::uint32_t piece : pieces.of_vertex) {
+    for (const std::uint32_t piece : pieces.piece_of_vertex) {
       const auto [entry, added] = normal_of_piece.emplace(piece, 0U);
       if (added) entry->second = builder_.add_computed_normal();
       normals.push_back(entry->second);
@@ -322,11 +322,11 @@ class SceneReader {
     const std::vector<std::uint32_t> vertex_of = add_vertices(mesh, world, vertex_transforms);
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
-    const NormalTransform of_node(world);
+    const NormalTransform node_normals_to_world(world);
     std::vector<NormalTransform> normal_transforms(vertex_transforms.begin(),
                                                    vertex_transforms.end());
-    const auto normal_turn_of = [&](unsigned v) -> const NormalTransform& {
-      return normal_transforms.empty() ? of_node : normal_transforms[v];
+    const auto normal_transform_of = [&](unsigned v) -> const NormalTransform& {
+      return normal_transforms.empty() ? node_normals_to_world : normal_transforms[v];
     };
     const auto has_channel = [&mesh](const UvSet& set) { return mesh.HasTextureCoords(set.set); };
     const bool uvs = uv_set.has_value() ||
@@ -347,7 +347,7 @@ class SceneReader {
       }
       if (own_normals) {
         const aiVector3D& n = mesh.mNormals[v];
-        builder_.normals.push_back(normal_turn_of(v)(n.x, n.y, n.z));
+        builder_.normals.push_back(normal_transform_of(v)(n.x, n.y, n.z));
       }
     }
     std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
@@ -357,7 +357,7 @@ class SceneReader {
       corner_uvs.clear();
       corner_normals.clear();
       const bool mirrored = face.mNumIndices != 0 && face.mIndices[0] < mesh.mNumVertices &&
-                            normal_turn_of(face.mIndices[0]).mirrors();
+                            normal_transform_of(face.mIndices[0]).mirrors();
       for (unsigned i = 0; i < face.mNumIndices; ++i) {
         const unsigned v = face.mIndices[i];
         if (v >= mesh.mNumVertices) {
@@ -571,7 +571,7 @@ class SceneReader {
     std::uint32_t mesh = 0;  // index of the mesh in the file
     std::uint32_t times_placed = 0;
     // For each vertex, the index of its normal; empty if the mesh has no smoothing groups
-    std::vector<std::uint32_t> of_vertex;
+    std::vector<std::uint32_t> piece_of_vertex;
   };
   // For each mesh of Assimp, its smooth pieces; empty if the file is no 3DS
   std::vector<SmoothPieces> pieces_;

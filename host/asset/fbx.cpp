@@ -44,7 +44,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kRemedy = "Export the mesh again, or as OBJ or glTF.";
+const std::string kExportAgain = "Export the mesh again, or as OBJ or glTF.";
 
 std::string text_of(const ufbx_string& text) { return {text.data, text.length}; }
 
@@ -96,13 +96,13 @@ LoadedScene load(const MeshInput& input) {
   }
   if (error.type == UFBX_ERROR_UNKNOWN) {
     input.fail("", "it is truncated or damaged, or a face refers to a vertex that does not exist",
-               kRemedy);
+               kExportAgain);
   }
   std::string reason = printable_text(error.description);
   if (error.info_length != 0)
     reason += " (" + printable_text({error.info, error.info_length}) + ")";
   input.fail("", "it cannot be read as FBX: " + (reason.empty() ? "it is damaged" : reason),
-             kRemedy);
+             kExportAgain);
 }
 
 class FbxReader {
@@ -182,7 +182,7 @@ class FbxReader {
       AssetNode& node = asset_.nodes.emplace_back();
       node.name = from->is_root ? "RootNode" : text_of(from->name);
       node.parent = parent;
-      node.transform = to_parent(*from);
+      node.transform = compute_transform_to_parent(*from);
       for (const ufbx_element* attribute : from->all_attribs)
         add_attribute(*from, *attribute, index);
       for (std::size_t i = from->children.count; i-- > 0;) {
@@ -193,7 +193,7 @@ class FbxReader {
 
   /// The transform of a node to its parent. It is computed such that the product of these along the
   /// hierarchy is the node's world transform in every mode of scale inheritance.
-  AffineMap to_parent(const ufbx_node& node) const {
+  AffineMap compute_transform_to_parent(const ufbx_node& node) const {
     if (node.parent == nullptr) return product(to_world_, fbx_map(node.node_to_world));
     if (node.inherit_mode == UFBX_INHERIT_MODE_NORMAL) return fbx_map(node.node_to_parent);
     const AffineMap map =
@@ -286,7 +286,7 @@ class FbxReader {
           input_.fail("mesh \"" + printable(placed.object) + "\", face " + std::to_string(f),
                       "a corner refers to a vertex beyond the mesh's " +
                           std::to_string(mesh.vertices.count),
-                      kRemedy);
+                      kExportAgain);
         }
         if (i == 0) mirrored = pose.mirrors(vertex);
         corners.push_back(vertex_at(mesh, pose, corner, vertex, vertex_of));
@@ -294,22 +294,22 @@ class FbxReader {
         corner_normals.push_back(normal_of.empty() ? MeshBuilder::kNone : normal_of[corner]);
       }
       using Indices = std::span<const std::uint32_t>;
-      builder_.add_face(corners, uvs.is_there ? Indices(corner_uvs) : Indices(),
+      builder_.add_face(corners, uvs.has_uvs ? Indices(corner_uvs) : Indices(),
                         normal_of.empty() ? Indices() : Indices(corner_normals), mirrored);
     }
   }
 
   /// Indices of the builder's UVs at the corners of a mesh; all instances of the mesh share them.
   struct MeshUvs {
-    bool is_there = false;
-    std::uint32_t first = 0;  // Index in the builder of the first UV of the set
+    bool has_uvs = false;
+    std::uint32_t first = 0;  // Index of the chosen set's first UV among the UVs of the builder
     // The UVs of the chosen set; used if all pictures refer to this set
     const ufbx_vertex_vec2* chosen_uvs = nullptr;
     // UVs of several sets; used if a picture refers to a set other than the chosen one
-    std::vector<std::uint32_t> of_corner;
+    std::vector<std::uint32_t> uv_of_corner;
 
     std::uint32_t at(std::size_t corner) const {
-      if (!of_corner.empty()) return of_corner[corner];
+      if (!uv_of_corner.empty()) return uv_of_corner[corner];
       const std::uint32_t uv =
           chosen_uvs == nullptr ? UFBX_NO_INDEX : chosen_uvs->indices.data[corner];
       return uv == UFBX_NO_INDEX ? MeshBuilder::kNone : first + uv;
@@ -403,8 +403,8 @@ class FbxReader {
     const auto [entry, added] = uvs_.try_emplace(&mesh);
     MeshUvs& uvs = entry->second;
     if (!added) return uvs;
-    uvs.is_there = set.has_value() || (!other_sets_.empty() && mesh.uv_sets.count != 0);
-    if (!uvs.is_there) return uvs;
+    uvs.has_uvs = set.has_value() || (!other_sets_.empty() && mesh.uv_sets.count != 0);
+    if (!uvs.has_uvs) return uvs;
     uvs.first = static_cast<std::uint32_t>(builder_.uvs.size());
     if (other_sets_.empty()) {
       uvs.chosen_uvs = &mesh.uv_sets.data[*set].vertex_uv;
@@ -427,12 +427,12 @@ class FbxReader {
         key[k] = sets[k] == nullptr ? UFBX_NO_INDEX : sets[k]->indices.data[corner];
       }
       if (std::all_of(key.begin(), key.end(), [](auto uv) { return uv == UFBX_NO_INDEX; })) {
-        uvs.of_corner.push_back(MeshBuilder::kNone);
+        uvs.uv_of_corner.push_back(MeshBuilder::kNone);
         continue;
       }
       const auto [vertex_at, is_new] =
           uv_of_key.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
-      uvs.of_corner.push_back(vertex_at->second);
+      uvs.uv_of_corner.push_back(vertex_at->second);
       for (std::size_t k = 0; is_new && k < sets.size(); ++k) {
         constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
         Vec2 uv{kMissingUv, kMissingUv};
@@ -607,12 +607,12 @@ class FbxReader {
       material.metallic = std::clamp(narrow(pbr.metalness.value_real), 0.0F, 1.0F);
       material.metallic_from = MaterialNumber::given;
     }
-    material.opacity = std::clamp(narrow(opacity(from)), 0.0F, 1.0F);
+    material.opacity = std::clamp(narrow(read_opacity(from)), 0.0F, 1.0F);
   }
 
-  /// "Opacity" means the same in all programs. The factor of the transparent colour is not used,
-  /// since it is 1 in all files of Maya.
-  static double opacity(const ufbx_material& from) {
+  /// The property "Opacity" takes precedence, since it means the same in all programs, whereas the
+  /// factor of the transparent colour is 1 in all files of Maya.
+  static double read_opacity(const ufbx_material& from) {
     double opacity_value = 1;
     if (from.pbr.opacity.has_value) return from.pbr.opacity.value_real;
     if (fbx_own_real(from.props, "Opacity", opacity_value)) return opacity_value;

@@ -170,7 +170,8 @@ class BinaryGroups {
         offset += 12;
         if (offset > record.children || stored > record.children - offset) return {};
         const std::uint64_t size = 4 * count;
-        if (size > (encoding == 0 ? stored : most_unpacked(Packing::deflate, stored))) return {};
+        if (size > (encoding == 0 ? stored : max_unpacked_bytes(Packing::deflate, stored)))
+          return {};
         values.resize(count);
         if (count == 0) return values;
         auto* const destination = reinterpret_cast<Bytef*>(values.data());
@@ -229,13 +230,13 @@ class TextGroups {
            c == '-' || c == '+' || c == '.' || c == '|';
   }
 
-  bool in_groups() const {
+  bool is_in_smoothing_groups() const {
     return open_record_keys_.size() >= 3 && open_record_keys_[2] == kGroups;
   }
 
   void string() {
     const std::size_t end = std::min(fbx_text_.find('"', at_ + 1), fbx_text_.size());
-    if (in_groups() && key_ == "MappingInformationType") {
+    if (is_in_smoothing_groups() && key_ == "MappingInformationType") {
       is_by_polygon_ = fbx_text_.substr(at_ + 1, end - at_ - 1) == "ByPolygon";
     }
     at_ = std::min(end + 1, fbx_text_.size());
@@ -253,7 +254,7 @@ class TextGroups {
       return;
     }
     // A number after '*' is the length of the list, not one of its values.
-    if (!in_groups() || (begin != 0 && fbx_text_[begin - 1] == '*')) return;
+    if (!is_in_smoothing_groups() || (begin != 0 && fbx_text_[begin - 1] == '*')) return;
     const bool is_value =
         (open_record_keys_.size() == 3 && key_ == "Smoothing") ||
         (open_record_keys_.size() == 4 && open_record_keys_[3] == "Smoothing" && key_ == "a");
@@ -266,7 +267,7 @@ class TextGroups {
 
   void close_record() {
     if (open_record_keys_.empty()) return;
-    if (open_record_keys_.size() == 3 && in_groups()) {
+    if (open_record_keys_.size() == 3 && is_in_smoothing_groups()) {
       if (is_by_polygon_ && !current_geometry_.has_groups) {
         current_geometry_.has_groups = true;
         current_geometry_.groups = std::move(groups_);

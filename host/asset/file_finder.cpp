@@ -90,7 +90,7 @@ std::string FileFinder::find_by_name(const std::string& name) {
 fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   std::error_code ignored;
   if (register_file_check(path) || fs::exists(path, ignored)) return path;
-  if (const auto tiles = TileName::by_token(path)) {
+  if (const auto tiles = TileName::parse_token(path)) {
     if (!tiles->files().empty()) return path;
     // A UDIM set is found by the first of its pictures that exists.
     constexpr std::uint32_t kFirstTileNumber = 1001, kLastTileNumber = 1100;

@@ -91,7 +91,7 @@ struct Primitive {
 
 const std::string kUvSet = "TEXCOORD_";
 
-constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // Indices then have 31 bits
+constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // So indices fit in 31 bits
 
 class GltfReader {
  public:
@@ -324,7 +324,8 @@ class GltfReader {
       const GltfValue packed = primitive["extensions"][kDraco];
       PrimitiveSize size{primitive};
       if (is_packed(packed, *position)) {
-        // The accessors of compressed data may contradict the data.
+        // The counts in the accessors of compressed data may contradict the header of the data, so
+        // they are clamped to what the header allows.
         const DracoCounts draco_counts = count_draco(file_, packed);
         size.vertices = std::clamp(file_.list("accessors").at(*position)["count"].count(0),
                                    draco_counts.vertices,
@@ -389,10 +390,11 @@ class GltfReader {
       const GltfValue attributes = size.primitive["attributes"];
       const bool has_normals = attributes["NORMAL"].exists();
       std::uint64_t numbers_per_vertex = 3;
-      Primitive unread;
-      for (const RequestedAttribute& wanted : requested_attributes(attributes, placed, unread)) {
-        if (!attributes[wanted.name].exists()) continue;
-        numbers_per_vertex += wanted.width == GltfFile::kColor ? 4 : wanted.width;
+      Primitive no_data;
+      for (const RequestedAttribute& requested :
+           requested_attributes(attributes, placed, no_data)) {
+        if (!attributes[requested.name].exists()) continue;
+        numbers_per_vertex += requested.width == GltfFile::kColor ? 4 : requested.width;
       }
       const std::uint64_t numbers = saturated_product(
           size.vertices, (size.is_packed ? 2 : 1) * sizeof(double) * numbers_per_vertex);
@@ -509,8 +511,8 @@ class GltfReader {
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
-    for (const RequestedAttribute& wanted : requested_attributes(attributes, placed, result)) {
-      *wanted.to = attribute(attributes, wanted.name, wanted.width, count);
+    for (const RequestedAttribute& requested : requested_attributes(attributes, placed, result)) {
+      *requested.to = attribute(attributes, requested.name, requested.width, count);
     }
     finish_primitive(from, placed, result);
     std::vector<std::uint32_t> order;
@@ -535,15 +537,15 @@ class GltfReader {
   std::vector<RequestedAttribute> requested_attributes(const GltfValue& attributes,
                                                        const PlacedMesh& placed,
                                                        Primitive& result) const {
-    std::vector<RequestedAttribute> wanted = {{"NORMAL", 3, &result.normals},
-                                              {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                                              {"COLOR_0", GltfFile::kColor, &result.colors},
-                                              {"TANGENT", 4, &result.tangents}};
+    std::vector<RequestedAttribute> requested = {{"NORMAL", 3, &result.normals},
+                                                 {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                                                 {"COLOR_0", GltfFile::kColor, &result.colors},
+                                                 {"TANGENT", 4, &result.tangents}};
     result.other_uvs.resize(other_sets_.size());
     for (std::size_t k = 0; k < other_sets_.size(); ++k) {
-      wanted.push_back({kUvSet + std::to_string(other_sets_[k]), 2, &result.other_uvs[k]});
+      requested.push_back({kUvSet + std::to_string(other_sets_[k]), 2, &result.other_uvs[k]});
     }
-    if (!placed.skin) return wanted;
+    if (!placed.skin) return requested;
     std::size_t sets = 0;
     const auto name = [](const char* of, std::size_t set) { return of + std::to_string(set); };
     for (; attributes[name("JOINTS_", sets)].exists(); ++sets) {
@@ -554,10 +556,10 @@ class GltfReader {
     result.joints.resize(sets);
     result.weights.resize(sets);
     for (std::size_t k = 0; k < sets; ++k) {
-      wanted.push_back({name("JOINTS_", k), 4, &result.joints[k]});
-      wanted.push_back({name("WEIGHTS_", k), 4, &result.weights[k]});
+      requested.push_back({name("JOINTS_", k), 4, &result.joints[k]});
+      requested.push_back({name("WEIGHTS_", k), 4, &result.weights[k]});
     }
-    return wanted;
+    return requested;
   }
 
   void finish_primitive(const GltfValue& from, const PlacedMesh& placed, Primitive& result) {
@@ -610,11 +612,12 @@ class GltfReader {
   Primitive read_packed(const GltfValue& from, const GltfValue& packed, const PlacedMesh& placed) {
     Primitive result;
     const GltfValue plain_attributes = from["attributes"], ids = packed["attributes"];
-    std::vector<RequestedAttribute> wanted = requested_attributes(plain_attributes, placed, result);
-    wanted.insert(wanted.begin(), {"POSITION", 3, &result.positions});
+    std::vector<RequestedAttribute> requested =
+        requested_attributes(plain_attributes, placed, result);
+    requested.insert(requested.begin(), {"POSITION", 3, &result.positions});
     std::vector<DracoAttribute> attributes;
     std::vector<GltfNumbers*> destinations;
-    for (const RequestedAttribute& attribute : wanted) {
+    for (const RequestedAttribute& attribute : requested) {
       const auto accessor = plain_attributes[attribute.name].index_into(file_.list("accessors"));
       if (!accessor || !ids[attribute.name].exists()) continue;
       attributes.push_back({ids[attribute.name].count(0), file_.list("accessors").at(*accessor),
@@ -627,7 +630,7 @@ class GltfReader {
     const std::shared_ptr<const DracoMesh> mesh = unpack(packed, attributes);
     for (std::size_t i = 0; i < destinations.size(); ++i) *destinations[i] = mesh->attributes[i];
     // Attributes that are not compressed are read from accessors.
-    for (const RequestedAttribute& attribute : wanted) {
+    for (const RequestedAttribute& attribute : requested) {
       if (!ids[attribute.name].exists()) {
         *attribute.to =
             this->attribute(plain_attributes, attribute.name, attribute.width, mesh->points);

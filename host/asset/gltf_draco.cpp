@@ -178,7 +178,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
                                        ? result.width == 3 || result.width == 4
                                        : result.width == asked.width;
   if (!has_requested_width) {
-    fail("its packed " + asked.name + " has " + std::to_string(result.width) +
+    fail("its compressed " + asked.name + " has " + std::to_string(result.width) +
          " numbers per vertex");
   }
   double largest = 1;  // The integer that represents 1 in normalised accessors
@@ -191,7 +191,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
     const draco::AttributeValueIndex value = attribute->mapped_index(draco::PointIndex(i));
     if (value.value() >= attribute->size() ||
         !attribute->ConvertValue<float>(value, static_cast<std::int8_t>(result.width), values)) {
-      fail("its packed " + asked.name + " is damaged at vertex " + std::to_string(i));
+      fail("its compressed " + asked.name + " is damaged at vertex " + std::to_string(i));
     }
     for (std::size_t k = 0; k < result.width; ++k) {
       const double number = values[k];

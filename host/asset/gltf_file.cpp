@@ -23,7 +23,8 @@
 namespace kiln {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "glTF's numbers are read as they lie");
+static_assert(std::endian::native == std::endian::little,
+              "glTF stores little-endian numbers, which are read without conversion");
 
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
@@ -51,7 +52,7 @@ constexpr std::uint64_t kFloat = 5126;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 // Upper bounds of the compression ratio of meshopt. Vertices keep at least 1/64 of their size,
 // since each 16 bytes take at least 2 bits.
-constexpr std::uint64_t kMaxUnpackedRatio = 64, kUncheckedBytes = 65536;
+constexpr std::uint64_t kMaxUnpackedRatio = 64, kMaxUncheckedViewBytes = 65536;
 
 ComponentType component_of(const GltfValue& place, std::uint64_t type) {
   switch (type) {
@@ -366,7 +367,7 @@ void GltfFile::check_packed() const {
     const auto [part, added] = parts.insert(compressed_view_of(packed));
     if (!added) continue;
     if (part->step != 0 &&
-        part->count > (kMaxUnpackedRatio * part->length + kUncheckedBytes) / part->step) {
+        part->count > (kMaxUnpackedRatio * part->length + kMaxUncheckedViewBytes) / part->step) {
       packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
                   std::to_string(part->length) + " compressed bytes can hold");
     }
@@ -374,7 +375,7 @@ void GltfFile::check_packed() const {
     buffers.insert(part->buffer);
   }
   for (const std::size_t i : buffers) bytes += buffer(i).size();
-  if (unpacked > kMaxUnpackedRatio * bytes + kUncheckedBytes) {
+  if (unpacked > kMaxUnpackedRatio * bytes + kMaxUncheckedViewBytes) {
     views.fail("the views that " + std::string(kMeshopt) + " compresses would decompress to " +
                std::to_string(unpacked) + " bytes, more than their " + std::to_string(bytes) +
                " compressed bytes can hold");
@@ -422,7 +423,7 @@ std::string_view GltfFile::view(std::size_t index) const {
   const GltfValue packed = view["extensions"][kMeshopt];
   if (!packed.exists()) return part_of_buffer(view);
   const CompressedView part = compressed_view_of(packed);
-  view_size(index);  // Rejects views of a wrong size
+  view_size(index);  // Called for its check: rejects views of a wrong size
   if (const auto known = unpacked_.find(part); known != unpacked_.end()) return known->second;
   return unpacked_.emplace(part, unpack(packed, part)).first->second;
 }
@@ -487,8 +488,8 @@ std::optional<GltfFile::Elements> GltfFile::check_elements(const GltfValue& acce
                           accessor["componentType"].count(0), width_of(accessor["type"].text()),
                           step);
   }
-  constexpr std::size_t kUncheckedZeros = 65536;
-  if (count > std::max(input_.bytes.size(), kUncheckedZeros)) {
+  constexpr std::size_t kMaxUncheckedZeros = 65536;
+  if (count > std::max(input_.bytes.size(), kMaxUncheckedZeros)) {
     accessor.fail("it has " + std::to_string(count) +
                   " elements without a bufferView, more than the file has bytes");
   }

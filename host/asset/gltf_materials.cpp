@@ -116,13 +116,13 @@ UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const Use
   // Transforms whose result lies in the unit square come first, and among these the one with the
   // largest result. If there is none, the transform with the smallest result is chosen.
   const auto rank = [&](const UvMap& map) {
-    constexpr double kRounding = 1e-3;
+    constexpr double kUvTolerance = 1e-3;
     bool is_in_unit_square = true;
     for (const double u : {min_uv[0], max_uv[0]}) {
       for (const double v : {min_uv[1], max_uv[1]}) {
         for (const double coordinate : map.at(u, v)) {
           is_in_unit_square =
-              is_in_unit_square && coordinate >= -kRounding && coordinate <= 1 + kRounding;
+              is_in_unit_square && coordinate >= -kUvTolerance && coordinate <= 1 + kUvTolerance;
         }
       }
     }
@@ -134,10 +134,10 @@ UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const Use
 }
 
 TextureWrap wrap_of(const GltfValue& sampler, const char* axis) {
-  constexpr std::uint64_t kClamp = 33071, kMirror = 33648, kRepeat = 10497;
+  constexpr std::uint64_t kClampToEdge = 33071, kMirroredRepeat = 33648, kRepeat = 10497;
   const std::uint64_t wrap = sampler[axis].count(kRepeat);
-  if (wrap == kClamp) return TextureWrap::clamp;
-  if (wrap == kMirror) return TextureWrap::mirror;
+  if (wrap == kClampToEdge) return TextureWrap::clamp;
+  if (wrap == kMirroredRepeat) return TextureWrap::mirror;
   if (wrap != kRepeat)
     sampler[axis].fail("it is " + std::to_string(wrap) + ", which is not a wrap mode of glTF");
   return TextureWrap::repeat;
@@ -299,17 +299,17 @@ class MaterialReader {
     if (const auto index = texture["sampler"].index_into(file_.list("samplers"))) {
       const GltfValue sampler = file_.list("samplers").at(*index);
       result.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
-      constexpr std::uint64_t kNearest = 9728;
-      if (sampler["magFilter"].count(0) == kNearest && nearest_filtered_++ == 0) {
+      constexpr std::uint64_t kNearestFilter = 9728;
+      if (sampler["magFilter"].count(0) == kNearestFilter && nearest_filtered_++ == 0) {
         first_nearest_ = texture_info.place();
       }
     }
     const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
-    const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
+    const bool uses_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
     // A picture without GPU compression has a higher quality, so it is preferred if both exist.
     const GltfValue basis = texture["extensions"]["KHR_texture_basisu"]["source"];
     const GltfValue dds = texture["extensions"]["MSFT_texture_dds"]["source"];
-    const GltfValue source = takes_webp                   ? webp
+    const GltfValue source = uses_webp                    ? webp
                              : texture["source"].exists() ? texture["source"]
                              : basis.exists()             ? basis
                                                           : dds;

@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 // Numeric constants of the glTF specification.
-constexpr int kShort = 5122, kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962,
+constexpr int kInt16 = 5122, kUint16 = 5123, kUint32 = 5125, kFloat32 = 5126, kVertices = 34962,
               kIndices = 34963;
 constexpr int kLinear = 9729, kLinearMips = 9987, kRepeat = 10497;
 constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
@@ -128,17 +128,17 @@ double determinant(const AffineMap& m) {
 
 /// Inverts a transform that does not mirror.
 /// \returns false if it is singular, or if values exceed the range of floats
-bool invert(const AffineMap& m, double reach, WorldToObject& local) {
+bool invert(const AffineMap& m, double reach, WorldToObject& to_object) {
   constexpr double kMinVolumeRatio = 1e-9;
   const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
   const double size = determinant(m);
   if (!(size > kMinVolumeRatio * length(x) * length(y) * length(z))) return false;
-  local.columns = {x, y, z};
-  local.rows = {cross(y, z) * (1 / size), cross(z, x) * (1 / size), cross(x, y) * (1 / size)};
-  local.translation = {m[12], m[13], m[14]};
-  return std::all_of(local.rows.begin(), local.rows.end(), [&](const Vec3d& row) {
+  to_object.columns = {x, y, z};
+  to_object.rows = {cross(y, z) * (1 / size), cross(z, x) * (1 / size), cross(x, y) * (1 / size)};
+  to_object.translation = {m[12], m[13], m[14]};
+  return std::all_of(to_object.rows.begin(), to_object.rows.end(), [&](const Vec3d& row) {
     const double largest = std::abs(row.x) + std::abs(row.y) + std::abs(row.z);
-    return largest * (reach + length(local.translation)) <
+    return largest * (reach + length(to_object.translation)) <
            double{std::numeric_limits<float>::max()};
   });
 }
@@ -210,31 +210,33 @@ bool needs_tangents(const AssetMaterial& material) {
 /// Splits a mesh into primitives.
 /// \param locals  for each object, the transform to its space
 /// \param materials  one for each material of the mesh, one for all, or none
-Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& locals,
+Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& to_objects,
                          std::span<const AssetMaterial> materials) {
   const bool one_material = materials.size() <= 1;
   std::vector<bool> tangents;
   for (const AssetMaterial& material : materials) tangents.push_back(needs_tangents(material));
   const bool has_layout = !low.uvs.empty();
-  Mesh flat;  // Replaces a mesh without UVs; its UVs and tangents are not written
+  // Copy of a mesh without UVs, with placeholder UVs that are not written
+  Mesh mesh_without_layout;
   if (!has_layout) {
-    flat = low;
-    flat.uvs = {{0, 0}, {1, 0}, {0, 1}};
-    flat.uv_triangles.assign(low.triangles.size(), {0, 1, 2});
+    mesh_without_layout = low;
+    mesh_without_layout.uvs = {{0, 0}, {1, 0}, {0, 1}};
+    mesh_without_layout.uv_triangles.assign(low.triangles.size(), {0, 1, 2});
   }
-  const LowSurface surface = LowSurface::of(has_layout ? low : flat, Frame::of(low));
+  const LowSurface surface = LowSurface::of(has_layout ? low : mesh_without_layout, Frame::of(low));
   Primitives primitives;
   for (const std::size_t t : surface.usable_triangles()) {
     const std::size_t object = low.objects.empty() ? 0 : low.objects[t];
     const std::size_t material = one_material ? 0 : low.materials[t];
-    const WorldToObject& local = locals[object];
+    const WorldToObject& to_object = to_objects[object];
     std::array<Vertex, 3> corners{};
     bool has_uvs = true;
     for (std::size_t k = 0; k < 3; ++k) {
       const LowSurface::Corner& corner = surface.triangles[t][k];
       const std::uint32_t vertex = low.triangles[t][k];
-      const Vec3 p = local.place(low.positions[vertex]), normal = local.normal(corner.normal),
-                 tangent = local.tangent(corner.tangent);
+      const Vec3 p = to_object.place(low.positions[vertex]),
+                 normal = to_object.normal(corner.normal),
+                 tangent = to_object.tangent(corner.tangent);
       // In glTF, v is 0 at the top of a picture. The bitangent still points up, along +Y of the
       // normal map.
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
@@ -327,12 +329,13 @@ class GltfOutput {
     use_extension(kMeshopt, true);
     use_extension(kQuantization, true);
     const std::size_t count = part.vertices.size();
-    std::vector<std::uint32_t> indices(part.indices.size()), remap(count);
+    std::vector<std::uint32_t> indices(part.indices.size()), new_index_of_vertex(count);
     meshopt_optimizeVertexCache(indices.data(), part.indices.data(), indices.size(), count);
-    meshopt_optimizeVertexFetchRemap(remap.data(), indices.data(), indices.size(), count);
+    meshopt_optimizeVertexFetchRemap(new_index_of_vertex.data(), indices.data(), indices.size(),
+                                     count);
     std::vector<const Vertex*> vertices(count);
-    for (std::size_t i = 0; i < count; ++i) vertices[remap[i]] = &part.vertices[i];
-    for (std::uint32_t& index : indices) index = remap[index];
+    for (std::size_t i = 0; i < count; ++i) vertices[new_index_of_vertex[i]] = &part.vertices[i];
+    for (std::uint32_t& index : indices) index = new_index_of_vertex[index];
 
     // The stride of an attribute must be a multiple of 4 bytes
     constexpr std::size_t kPaddedValues = 4;
@@ -348,8 +351,8 @@ class GltfOutput {
     }
     Json attributes;
     attributes["POSITION"] =
-        add_accessor({{"bufferView", add_packed(places, kPaddedValues * 2, nullptr)},
-                      {"componentType", kUshort},
+        add_accessor({{"bufferView", add_compressed_view(places, kPaddedValues * 2, nullptr)},
+                      {"componentType", kUint16},
                       {"count", count},
                       {"type", "VEC3"},
                       {"min", low},
@@ -359,24 +362,26 @@ class GltfOutput {
     if (written.has_uvs) attributes["TEXCOORD_0"] = add_packed_uvs(vertices);
     if (written.color_name != nullptr) {
       const std::vector<std::uint16_t> colors = colors_of(vertices);
-      attributes[written.color_name] = add_accessor({{"bufferView", add_packed(colors, 8, nullptr)},
-                                                     {"componentType", kUshort},
-                                                     {"normalized", true},
-                                                     {"count", count},
-                                                     {"type", "VEC4"}});
+      attributes[written.color_name] =
+          add_accessor({{"bufferView", add_compressed_view(colors, 8, nullptr)},
+                        {"componentType", kUint16},
+                        {"normalized", true},
+                        {"count", count},
+                        {"type", "VEC4"}});
     }
     std::string packed(meshopt_encodeIndexBufferBound(indices.size(), count), '\0');
     packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
                                             packed.size(), indices.data(), indices.size()));
-    const bool is_short = fits_16_bit_indices(count);
+    const bool has_16_bit_indices = fits_16_bit_indices(count);
     const std::size_t view = add_packed_view(
-        packed, indices.size(), is_short ? sizeof(std::uint16_t) : sizeof(std::uint32_t),
+        packed, indices.size(), has_16_bit_indices ? sizeof(std::uint16_t) : sizeof(std::uint32_t),
         "TRIANGLES", nullptr, kIndices);
-    Json primitive = {{"attributes", std::move(attributes)},
-                      {"indices", add_accessor({{"bufferView", view},
-                                                {"componentType", is_short ? kUshort : kUint},
-                                                {"count", indices.size()},
-                                                {"type", "SCALAR"}})}};
+    Json primitive = {
+        {"attributes", std::move(attributes)},
+        {"indices", add_accessor({{"bufferView", view},
+                                  {"componentType", has_16_bit_indices ? kUint16 : kUint32},
+                                  {"count", indices.size()},
+                                  {"type", "SCALAR"}})}};
     if (material != kRoot) primitive["material"] = material;
     return primitive;
   }
@@ -424,7 +429,7 @@ class GltfOutput {
       extension["attributes"][name] = packed.ids[stream];
     };
     for (std::size_t i = 0; i < written_attributes.size(); ++i) {
-      Json accessor = {{"componentType", kFloat}, {"type", written_attributes[i].type}};
+      Json accessor = {{"componentType", kFloat32}, {"type", written_attributes[i].type}};
       if (i == 0) {
         std::array<float, 3> low, high;
         low.fill(std::numeric_limits<float>::infinity());
@@ -442,12 +447,12 @@ class GltfOutput {
     }
     if (written.color_name != nullptr) {
       add(written.color_name, written_attributes.size(),
-          {{"componentType", kUshort}, {"normalized", true}, {"type", "VEC4"}});
+          {{"componentType", kUint16}, {"normalized", true}, {"type", "VEC4"}});
     }
     Json primitive = {
         {"attributes", std::move(attributes)},
         {"indices",
-         add_accessor({{"componentType", fits_16_bit_indices(packed.vertices) ? kUshort : kUint},
+         add_accessor({{"componentType", fits_16_bit_indices(packed.vertices) ? kUint16 : kUint32},
                        {"count", packed.indices},
                        {"type", "SCALAR"}})}};
     primitive["extensions"][kDracoExtension] = std::move(extension);
@@ -577,7 +582,7 @@ class GltfOutput {
     }
     Json accessor = {
         {"bufferView", add_view(values.data(), values.size() * sizeof(float), kVertices)},
-        {"componentType", kFloat},
+        {"componentType", kFloat32},
         {"count", vertices.size()},
         {"type", type}};
     if (bounded) {
@@ -614,7 +619,8 @@ class GltfOutput {
   /// Compresses an attribute by meshopt, and adds a view of it.
   /// \param step  bytes per vertex, a multiple of 4
   template <typename T>
-  std::size_t add_packed(const std::vector<T>& values, std::size_t step, const char* filter) {
+  std::size_t add_compressed_view(const std::vector<T>& values, std::size_t step,
+                                  const char* filter) {
     const std::size_t count = values.size() * sizeof(T) / step;
     std::string packed(meshopt_encodeVertexBufferBound(count, step), '\0');
     packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
@@ -635,8 +641,8 @@ class GltfOutput {
     std::vector<std::int16_t> filtered(4 * vertices.size());
     meshopt_encodeFilterOct(filtered.data(), vertices.size(), kStride, kOctahedralBits,
                             values.data());
-    return add_accessor({{"bufferView", add_packed(filtered, kStride, "OCTAHEDRAL")},
-                         {"componentType", kShort},
+    return add_accessor({{"bufferView", add_compressed_view(filtered, kStride, "OCTAHEDRAL")},
+                         {"componentType", kInt16},
                          {"normalized", true},
                          {"count", vertices.size()},
                          {"type", width == 4 ? "VEC4" : "VEC3"}});
@@ -656,9 +662,9 @@ class GltfOutput {
             static_cast<std::uint16_t>(std::floor(std::clamp(value, 0.0F, 1.0F) * 65535.0 + 0.5)));
       }
     }
-    Json accessor = {{"bufferView", are_fractions ? add_packed(shares, 4, nullptr)
-                                                  : add_packed(values, 8, nullptr)},
-                     {"componentType", are_fractions ? kUshort : kFloat},
+    Json accessor = {{"bufferView", are_fractions ? add_compressed_view(shares, 4, nullptr)
+                                                  : add_compressed_view(values, 8, nullptr)},
+                     {"componentType", are_fractions ? kUint16 : kFloat32},
                      {"count", vertices.size()},
                      {"type", "VEC2"}};
     if (are_fractions) accessor["normalized"] = true;
@@ -685,7 +691,7 @@ class GltfOutput {
     const std::vector<std::uint16_t> values = colors_of(vertex_pointers);
     return add_accessor(
         {{"bufferView", add_view(values.data(), values.size() * sizeof values[0], kVertices)},
-         {"componentType", kUshort},
+         {"componentType", kUint16},
          {"normalized", true},
          {"count", vertices.size()},
          {"type", "VEC4"}});
@@ -694,14 +700,15 @@ class GltfOutput {
   /// Adds indices, with 16 bits if these suffice. Indices of 8 bits are not written, since GPUs
   /// convert them.
   std::size_t add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
-    const bool is_short = fits_16_bit_indices(vertices);
-    const std::vector<std::uint16_t> shorts(indices.begin(),
-                                            is_short ? indices.end() : indices.begin());
+    const bool has_16_bit_indices = fits_16_bit_indices(vertices);
+    const std::vector<std::uint16_t> short_indices(
+        indices.begin(), has_16_bit_indices ? indices.end() : indices.begin());
     const std::size_t view =
-        is_short ? add_view(shorts.data(), shorts.size() * sizeof shorts[0], kIndices)
-                 : add_view(indices.data(), indices.size() * sizeof indices[0], kIndices);
+        has_16_bit_indices ? add_view(short_indices.data(),
+                                      short_indices.size() * sizeof short_indices[0], kIndices)
+                           : add_view(indices.data(), indices.size() * sizeof indices[0], kIndices);
     return add_accessor({{"bufferView", view},
-                         {"componentType", is_short ? kUshort : kUint},
+                         {"componentType", has_16_bit_indices ? kUint16 : kUint32},
                          {"count", indices.size()},
                          {"type", "SCALAR"}});
   }
@@ -788,8 +795,8 @@ Image combine_channels(const std::vector<std::pair<const Image*, float>>& channe
 }
 
 Json material_of(GltfOutput& file, const AssetMaterial& from) {
-  const AssetPictures no_fallback;
-  const AssetPictures& pictures = from.pictures ? *from.pictures : no_fallback;
+  const AssetPictures no_pictures;
+  const AssetPictures& pictures = from.pictures ? *from.pictures : no_pictures;
   const auto picture = [&](const std::vector<std::byte>& bytes, const char* name) {
     const AssetPictures* const fallback_pictures = pictures.fallback.get();
     const std::vector<std::byte>* const fallback =
@@ -884,7 +891,7 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
 /// For each object, its node and the transform to its space.
 struct ObjectPlacements {
   std::vector<std::size_t> nodes;
-  std::vector<WorldToObject> locals;
+  std::vector<WorldToObject> to_objects;
 };
 
 /// The hierarchy of nodes of one level. It is that of the input file, to which nodes for objects
@@ -923,31 +930,31 @@ class Hierarchy {
   std::size_t root() const { return root_; }
 
   /// Assigns a node to each object.
-  /// \param of_objects  the node that each object had in the input; empty if there is no hierarchy
-  ObjectPlacements place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
+  /// \param node_of_object  the node that each object had in the input; empty if there is no hierarchy
+  ObjectPlacements place(const Mesh& mesh, const std::vector<std::uint32_t>& node_of_object) {
     ObjectPlacements places;
     if (is_flat_) {
-      places.locals.resize(mesh.objects.empty() ? 1 : mesh.object_names.size());
-      for (std::size_t i = 0; i < places.locals.size(); ++i) {
+      places.to_objects.resize(mesh.objects.empty() ? 1 : mesh.object_names.size());
+      for (std::size_t i = 0; i < places.to_objects.size(); ++i) {
         places.nodes.push_back(
             mesh.objects.empty() ? root_ : file_.add_node({{"name", mesh.object_names[i]}}, root_));
       }
       return places;
     }
     const double reach = max_coordinate_of(mesh);
-    for (std::size_t i = 0; i < of_objects.size(); ++i) {
+    for (std::size_t i = 0; i < node_of_object.size(); ++i) {
       const std::string& object = mesh.objects.empty() ? name_ : mesh.object_names[i];
-      const std::uint32_t node_index = of_objects[i];
-      WorldToObject& local = places.locals.emplace_back();
-      local.origin = mesh.origin;
+      const std::uint32_t node_index = node_of_object[i];
+      WorldToObject& to_object = places.to_objects.emplace_back();
+      to_object.origin = mesh.origin;
       const bool mirrors =
           node_index != AssetNode::kNone && determinant(world_transforms_[node_index]) < 0;
       constexpr AffineMap kMirror{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
       if (node_index == AssetNode::kNone ||
           !invert(mirrors ? product(world_transforms_[node_index], kMirror)
                           : world_transforms_[node_index],
-                  reach, local)) {
-        local = {};
+                  reach, to_object)) {
+        to_object = {};
         Json new_node = {{"name", object}};
         if (mesh.origin != std::array<double, 3>{}) new_node["translation"] = mesh.origin;
         places.nodes.push_back(file_.add_node(std::move(new_node), root_));
@@ -1015,7 +1022,7 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
   hulls.colors = {};
   const ObjectPlacements places = hierarchy.place(hulls, options.hull_nodes);
   Json& json = file.json();
-  for (const auto& [of, part] : primitives_of(hulls, places.locals, {})) {
+  for (const auto& [of, part] : primitives_of(hulls, places.to_objects, {})) {
     const PackedObject object(file, options.compression, {&part}, places.nodes[of.object]);
     Json primitive = object.add(part, GltfOutput::kRoot, {});
     json["nodes"][object.node()]["mesh"] = json["meshes"].size();
@@ -1252,7 +1259,7 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
               bool is_coarser) {
   Json& json = file.json();
   const ObjectPlacements places = hierarchy.place(low, object_nodes);
-  const Primitives primitives = primitives_of(low, places.locals, materials);
+  const Primitives primitives = primitives_of(low, places.to_objects, materials);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
                 "Mesh '" + low.name +
@@ -1280,9 +1287,10 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
       object = of.object;
       const std::string& name = low.objects.empty() ? low.name : low.object_names[object];
       std::vector<const Part*> parts;
-      for (auto of_object = primitives.lower_bound({object});
-           of_object != primitives.end() && of_object->first.object == object; ++of_object) {
-        parts.push_back(&of_object->second);
+      for (auto object_primitive = primitives.lower_bound({object});
+           object_primitive != primitives.end() && object_primitive->first.object == object;
+           ++object_primitive) {
+        parts.push_back(&object_primitive->second);
       }
       packed = PackedObject(file, options.compression, parts, places.nodes[object]);
       json["nodes"][packed.node()]["mesh"] = json["meshes"].size();

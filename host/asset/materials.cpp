@@ -47,16 +47,17 @@ struct SlotRow {
   const char* statements;  ///< MTL statements that set the slot, for messages
 };
 const SlotRow& row_of(MaterialSlot slot) {
-  constexpr MaterialNumber kNoNumber = MaterialNumber::none, kGivenNumber = MaterialNumber::given;
+  constexpr MaterialNumber kNoNumber = MaterialNumber::none,
+                           kMaterialNumber = MaterialNumber::given;
   using M = Material;
   static const SlotRow rows[] = {
       {&M::color_map, &M::color_from, kNoNumber, "colour", "map_Kd or Kd"},
-      {&M::opacity_map, nullptr, kGivenNumber, "opacity", "map_d or d"},
+      {&M::opacity_map, nullptr, kMaterialNumber, "opacity", "map_d or d"},
       {&M::normal_map, nullptr, kNoNumber, "normals", "norm, map_Kn, map_Bump or bump"},
       {&M::roughness_map, &M::roughness_from, kNoNumber, "roughness", "map_Pr, Pr or Ns"},
       {&M::metallic_map, &M::metallic_from, kNoNumber, "metalness", "map_Pm or Pm"},
       {&M::emission_map, &M::emission_from, kNoNumber, "emission", "map_Ke or Ke"},
-      {&M::occlusion_map, nullptr, kGivenNumber, "occlusion", "none"},
+      {&M::occlusion_map, nullptr, kMaterialNumber, "occlusion", "none"},
   };
   return rows[static_cast<std::size_t>(slot)];
 }
@@ -153,10 +154,10 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   }
   // A material without a normal map has no normal detail, as intended, so there is no warning.
   if (slot != MaterialSlot::normal) {
-    const float stand_in = default_value_of({}, slot)[0];
+    const float default_value = default_value_of({}, slot)[0];
     without_value.warn(
         warnings, "material-value",
-        "without " + slot_text + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
+        "without " + slot_text + ": it is " + (default_value == 0 ? "0" : "1") + " there.");
   }
   if (converted.count() == 0) return;
   const std::string value =
@@ -266,8 +267,8 @@ struct KnownSets {
   }
 };
 
-[[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
-                                 std::uint32_t given) {
+[[noreturn]] void fail_for_missing_uv_set(const Material& material, MaterialSlot slot,
+                                          std::uint32_t needed, std::uint32_t given) {
   throw Error(ErrorCode::input,
               describe_material(material) + ": its picture of " + row_of(slot).name +
                   " uses UV set " + std::to_string(needed) + ", but the mesh was read with set " +
@@ -328,11 +329,12 @@ bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compare
 /// Reads the first bytes of a PLY, which contain its header. A scan may have gigabytes after it.
 std::string ply_head(const ByteSource& source) {
   constexpr std::size_t kFirstReadBytes = std::size_t{1} << 16, kLineEnd = 2;
-  constexpr std::string_view kEnd = "end_header";
+  constexpr std::string_view kHeaderEnd = "end_header";
   for (std::size_t limit = kFirstReadBytes;; limit *= 4) {
     std::string head = source.head(limit);
-    const std::size_t end = head.find(kEnd);
-    const bool is_whole = end != std::string::npos && end + kEnd.size() + kLineEnd <= head.size();
+    const std::size_t end = head.find(kHeaderEnd);
+    const bool is_whole =
+        end != std::string::npos && end + kHeaderEnd.size() + kLineEnd <= head.size();
     if (is_whole || head.size() < limit) return head;
   }
 }
@@ -356,11 +358,11 @@ void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_f
   const auto name_of = [&](const fs::path& path) {
     return path.lexically_proximate(mesh_file.parent_path()).string();
   };
-  const std::string more_text =
+  const std::string others_text =
       missing.size() == 1 ? "" : " and " + std::to_string(missing.size() - 1) + " more";
   warnings->push_back({"mtl-missing",
                        mesh_file.string() + " refers to the material file '" + name_of(missing[0]) +
-                           "'" + more_text + ", which does not exist: '" + name_of(existing[0]) +
+                           "'" + others_text + ", which does not exist: '" + name_of(existing[0]) +
                            "' is used instead. Add the missing file, or remove its line.",
                        missing.size()});
 }
@@ -609,7 +611,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
           (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque))));
     if (picture.empty()) continue;
     if (!known_sets.has(picture.uv_set)) {
-      fail_of_uv_set(material, slot, picture.uv_set, known_sets.own_set);
+      fail_for_missing_uv_set(material, slot, picture.uv_set, known_sets.own_set);
     }
     check_transform(material, picture.uv_transform);
     std::error_code error;

@@ -103,7 +103,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
     return mirrored ? Triangle{values[0], values[i + 1], values[i]}
                     : Triangle{values[0], values[i], values[i + 1]};
   };
-  const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
+  const auto append_face = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
     // No earlier vertex has the attribute, so there is nothing to fill
     if (values.empty() && list.empty()) return;
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
@@ -111,8 +111,8 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
       list.push_back(values.empty() ? Triangle{kNone, kNone, kNone} : fan_triangle(values, i));
     }
   };
-  grow(uv_triangles_, uv);
-  grow(normal_triangles_, normal);
+  append_face(uv_triangles_, uv);
+  append_face(normal_triangles_, normal);
   for (std::size_t i = 1; i + 1 < n; ++i) triangles_.push_back(fan_triangle(vertex, i));
   add_face_color(n - 2);
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
@@ -254,13 +254,13 @@ void MeshBuilder::add_face_color(std::size_t triangles) {
 void MeshBuilder::convert_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
-  const auto of_triangles = triangle_colors_.finish(mesh.triangles.size(), input_);
+  const auto triangle_colors = triangle_colors_.finish(mesh.triangles.size(), input_);
   const auto has_different_colors = [](const auto& list) {
     return std::any_of(list.begin(), list.end(), [&](const auto& c) { return c != list[0]; });
   };
   const bool white = mesh.colors.empty() || mesh.colors[0] == kWhite;
-  if (has_different_colors(mesh.colors) || (!white && !has_different_colors(of_triangles))) {
-    if (has_different_colors(of_triangles)) {
+  if (has_different_colors(mesh.colors) || (!white && !has_different_colors(triangle_colors))) {
+    if (has_different_colors(triangle_colors)) {
       input_.warn("face-colors-left-out",
                   counted(colored_faces_, "face") + (colored_faces_ == 1 ? " has" : " have") +
                       " a colour, and so do vertices: the colours of the vertices are used. To use "
@@ -282,7 +282,7 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
   // Index of the copied vertex for each pair of original vertex and colour
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_copies;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const std::array<std::uint8_t, 4>& color = of_triangles[t];
+    const std::array<std::uint8_t, 4>& color = triangle_colors[t];
     for (std::uint32_t& corner : mesh.triangles[t]) {
       if (!has_color[corner]) {
         has_color[corner] = true;
@@ -310,14 +310,14 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
 void MeshBuilder::split_polygons() {
   std::vector<Position> corners;
   std::vector<Triangle> polygon_triangles;
-  std::uint64_t fans = 0;
+  std::uint64_t fan_count = 0;
   std::uint32_t first_fan = 0;
   for (const Polygon& polygon : polygons_) {
     corners.clear();
     for (std::uint32_t i = 0; i < polygon.corners; ++i) {
       corners.push_back(positions[polygon_vertex_[polygon.offset + i]]);
     }
-    if (!triangulate(corners, input_.options.triangulation, polygon_triangles) && fans++ == 0)
+    if (!triangulate(corners, input_.options.triangulation, polygon_triangles) && fan_count++ == 0)
       first_fan = polygon.first_triangle;
     for (std::size_t t = 0; t < polygon_triangles.size(); ++t) {
       if (polygon.mirrored) std::swap(polygon_triangles[t][1], polygon_triangles[t][2]);
@@ -330,13 +330,13 @@ void MeshBuilder::split_polygons() {
       }
     }
   }
-  if (fans != 0) {
+  if (fan_count != 0) {
     input_.warn("fan-split-polygons",
-                std::to_string(fans) +
+                std::to_string(fan_count) +
                     " polygons cross themselves, have no area or are too complex (" +
                     describe_face(first_fan) +
                     " for example) and were triangulated as if they were convex.",
-                fans);
+                fan_count);
   }
 }
 
@@ -502,10 +502,10 @@ void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& us
   };
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     Triangle& corners = triangles_[t];
-    const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
-      return !used.contains(vector_of(positions[corner]));
-    });
-    if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
+    const bool has_distant_corner = std::any_of(
+        corners.begin(), corners.end(),
+        [&](std::uint32_t corner) { return !used.contains(vector_of(positions[corner])); });
+    if (has_distant_corner && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
         std::any_of(corners.begin(), corners.end(), is_rounded)) {
       corners = {corners[0], corners[0], corners[0]};
     }
@@ -513,14 +513,14 @@ void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& us
 }
 
 void MeshBuilder::complete_attributes(Mesh& mesh) {
-  const auto fill = [this](std::vector<Triangle>& list, std::uint32_t stand_in) {
+  const auto fill = [this](std::vector<Triangle>& list, std::uint32_t placeholder) {
     if (list.empty()) return std::uint64_t{0};
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     std::uint64_t incomplete_count = 0;
     for (Triangle& triangle : list) {
       if (std::find(triangle.begin(), triangle.end(), kNone) == triangle.end()) continue;
       ++incomplete_count;
-      std::replace(triangle.begin(), triangle.end(), kNone, stand_in);
+      std::replace(triangle.begin(), triangle.end(), kNone, placeholder);
     }
     return incomplete_count;
   };
@@ -569,9 +569,9 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   mesh.normal_triangles = std::move(normal_triangles_);
   mesh.colors = std::move(colors);
   for (Names* names : {&groups_, &objects_, &materials_}) names->extend_to(triangles_.size());
-  groups_.take(mesh.groups, mesh.group_names);
-  objects_.take(mesh.objects, mesh.object_names);
-  materials_.take(mesh.materials, mesh.material_names);
+  groups_.move_to(mesh.groups, mesh.group_names);
+  objects_.move_to(mesh.objects, mesh.object_names);
+  materials_.move_to(mesh.materials, mesh.material_names);
   mesh.material_files = std::move(material_files);
 }
 
@@ -650,7 +650,7 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
 void MeshBuilder::compute_group_normals(Mesh& mesh) {
   std::vector<std::uint32_t> groups;
   std::vector<std::string> names;
-  smoothing_.take(groups, names);
+  smoothing_.move_to(groups, names);
   if (!mesh.normal_triangles.empty() || names.size() < 2) return;
   std::vector<std::uint32_t> numbers(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {

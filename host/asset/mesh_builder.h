@@ -151,7 +151,7 @@ class MeshBuilder {
       if (!names_.empty()) name_of_triangle_.resize(triangles, current_name_);
     }
     void reserve(std::size_t triangles) { name_of_triangle_.reserve(triangles); }
-    void take(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
+    void move_to(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
       of = std::move(name_of_triangle_);
       names = std::move(names_);
     }

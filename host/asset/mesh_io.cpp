@@ -51,13 +51,13 @@ struct GuessedFormat {
 
 GuessedFormat guess_format(std::string_view bytes) {
   const auto starts = [bytes](std::string_view magic) { return bytes.starts_with(magic); };
-  const auto guess_for = [](MeshFormat format) {
+  const auto make_guess = [](MeshFormat format) {
     return GuessedFormat{format, kFormatNames[static_cast<int>(format)]};
   };
-  if (starts("ply\n") || starts("ply\r")) return guess_for(MeshFormat::ply);
-  if (starts("kilnsrc")) return guess_for(MeshFormat::saved);
+  if (starts("ply\n") || starts("ply\r")) return make_guess(MeshFormat::ply);
+  if (starts("kilnsrc")) return make_guess(MeshFormat::saved);
   if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
-  if (starts("Kaydara FBX") || starts("; FBX")) return guess_for(MeshFormat::fbx);
+  if (starts("Kaydara FBX") || starts("; FBX")) return make_guess(MeshFormat::fbx);
   if (starts("BLENDER")) return {{}, "a Blender scene"};
   if (starts("\x89PNG")) return {{}, "a PNG image"};
   if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
@@ -66,22 +66,22 @@ GuessedFormat guess_format(std::string_view bytes) {
   std::uint32_t count = 0;
   if (bytes.size() >= 84) {
     std::memcpy(&count, bytes.data() + 80, 4);
-    if (bytes.size() == 84 + 50 * std::uint64_t{count}) return guess_for(MeshFormat::stl);
+    if (bytes.size() == 84 + 50 * std::uint64_t{count}) return make_guess(MeshFormat::stl);
   }
   const std::string_view head = bytes.substr(0, 4096);
   if (head.find('\0') != head.npos) return {};
   TextScanner scan(head, '#');
   const std::string_view first = scan.token();
   if (lower_case(first) == "solid" && lower_case(head).find("facet") != std::string::npos) {
-    return guess_for(MeshFormat::stl);
+    return make_guess(MeshFormat::stl);
   }
   if (first.ends_with("OFF") && first.find_first_not_of("STCN4n") == first.size() - 3) {
-    return guess_for(MeshFormat::off);
+    return make_guess(MeshFormat::off);
   }
   if (first.starts_with("{")) return {MeshFormat::gltf, "JSON (glTF?)"};
   if (first.starts_with("<")) return {{}, "XML or HTML"};
   for (const char* word : {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"}) {
-    if (first == word) return guess_for(MeshFormat::obj);
+    if (first == word) return make_guess(MeshFormat::obj);
   }
   return {};
 }

@@ -68,7 +68,7 @@ bool is_other_picture(std::string_view keyword) {
          std::end(kIgnoredStatements);
 }
 
-std::string_view without_blanks(std::string_view text) {
+std::string_view trim_blanks(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
   return text;
@@ -81,7 +81,7 @@ class MtlReader {
 
   std::vector<Material> read() {
     do {
-      if (scan_.comment().starts_with("# Blender")) by_blender_ = true;
+      if (scan_.comment().starts_with("# Blender")) is_written_by_blender_ = true;
       const std::string keyword = lower_case(scan_.token_in_line());
       if (!keyword.empty()) parse_statement(keyword);
     } while (scan_.next_line());
@@ -106,10 +106,11 @@ class MtlReader {
          "mvs-texturing write this. Write d 0 for invisible materials.",
          "have Tr 1 and no d, which means invisible. They are read as opaque, since OpenMVS and "
          "mvs-texturing write this. Write d 0 for invisible materials.");
-    const std::string as_blender =
+    const std::string conversion_text =
         "read as roughness (map_Ns) or metalness (map_refl), as Blender "
         "writes them.";
-    warn("blender-pictures", blender_pictures_, "picture", "is " + as_blender, "are " + as_blender);
+    warn("blender-pictures", blender_pictures_, "picture", "is " + conversion_text,
+         "are " + conversion_text);
     return std::move(materials_);
   }
 
@@ -158,9 +159,9 @@ class MtlReader {
       shininess_ = number();
     } else if (keyword == "illum") {
       illumination_ = scan_.token_in_line();
-    } else if (keyword == "map_ns" && by_blender_) {
+    } else if (keyword == "map_ns" && is_written_by_blender_) {
       exponents_ = picture(keyword);
-    } else if (keyword == "map_refl" && by_blender_) {
+    } else if (keyword == "map_refl" && is_written_by_blender_) {
       reflections_ = picture(keyword);
     } else if (keyword == "map_bump" || keyword == "bump") {
       MaterialPicture bump_picture = picture(keyword);
@@ -193,7 +194,8 @@ class MtlReader {
       material.roughness = 1 - std::sqrt(std::min(shininess_, 1000.0F) / 1000);
       material.roughness_from = MaterialNumber::converted;
     }
-    if (by_blender_ && material.metallic_from == MaterialNumber::none && !illumination_.empty()) {
+    if (is_written_by_blender_ && material.metallic_from == MaterialNumber::none &&
+        !illumination_.empty()) {
       const bool is_metal = illumination_ == "3" || illumination_ == "6";
       if (is_metal) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
@@ -206,17 +208,17 @@ class MtlReader {
         invisible_materials_.example = transparency_line_ + ": " + material.name;
       }
     }
-    const auto use_fallback_map = [&](MaterialPicture& own, MaterialPicture& other,
-                                      const char* keyword) {
-      if (own.empty() && !other.empty()) {
-        own = other;
+    const auto use_blender_map = [&](MaterialPicture& native_map, MaterialPicture& blender_map,
+                                     const char* keyword) {
+      if (native_map.empty() && !blender_map.empty()) {
+        native_map = blender_map;
         if (blender_pictures_.count++ == 0)
           blender_pictures_.example = material.name + ": " + keyword;
       }
-      other = {};
+      blender_map = {};
     };
-    use_fallback_map(material.roughness_map, exponents_, "map_Ns");
-    use_fallback_map(material.metallic_map, reflections_, "map_refl");
+    use_blender_map(material.roughness_map, exponents_, "map_Ns");
+    use_blender_map(material.metallic_map, reflections_, "map_refl");
     ambient_ = {};
     shininess_ = -1;
     illumination_ = {};
@@ -241,11 +243,11 @@ class MtlReader {
   }
 
   void color(std::array<float, 3>& to, MaterialNumber* from = nullptr) {
-    const TextScanner start_of_color = scan_;
+    const TextScanner scan_before_color = scan_;
     const std::string_view first = scan_.token_in_line();
     // Spectral and CIE XYZ colours are not supported; the colour stays white
     if (first == "spectral" || first == "xyz") return;
-    scan_ = start_of_color;
+    scan_ = scan_before_color;
     for (float& value : to) value = number();
     if (from != nullptr) *from = MaterialNumber::given;
   }
@@ -254,7 +256,7 @@ class MtlReader {
   MaterialPicture picture(std::string_view keyword) {
     MaterialPicture result;
     std::array<float, 2> scale{1, 1}, offset{0, 0};
-    std::string_view remaining_line = without_blanks(scan_.rest_of_line());
+    std::string_view remaining_line = trim_blanks(scan_.rest_of_line());
     while (remaining_line.starts_with('-')) {
       const std::string_view option = next_word(remaining_line);
       const auto words = option_words(option);
@@ -303,7 +305,7 @@ class MtlReader {
   static std::string_view next_word(std::string_view& text) {
     const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
     const std::string_view word = text.substr(0, end);
-    text = without_blanks(text.substr(end));
+    text = trim_blanks(text.substr(end));
     return word;
   }
   static std::size_t blanks_after_option(std::string_view word, std::string_view rest) {
@@ -317,7 +319,7 @@ class MtlReader {
   std::vector<Material> materials_;
   StatementCount pictures_with_options_, ignored_statements_, blender_pictures_,
       invisible_materials_;
-  bool by_blender_ = false;
+  bool is_written_by_blender_ = false;
   // Values from statements of the current material
   std::array<float, 3> ambient_{};
   float shininess_ = -1;    ///< Value of Ns; below 0 if it was not given

@@ -94,7 +94,7 @@ class OffReader {
     // byte is added.
     const std::uint64_t remaining_bytes = scan_.remaining() + 1;
     if (vertices_ > remaining_bytes / 6 || faces_ > remaining_bytes / 2) {
-      fail("the header promises " + std::to_string(vertices_) + " vertices and " +
+      fail("the header declares " + std::to_string(vertices_) + " vertices and " +
            std::to_string(faces_) + " faces, more than the " + std::to_string(remaining_bytes - 1) +
            " bytes after it can hold (truncated)");
     }

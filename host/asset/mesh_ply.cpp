@@ -76,7 +76,7 @@ class BinarySource {
   }
   void skip(Type type, std::uint64_t count) { at_ += size_of(type) * count; }
   /// Address of the next byte to read.
-  const char* here() const { return at_; }
+  const char* cursor() const { return at_; }
   std::uint32_t index_at(const char* at) const { return load<std::uint32_t>(at, is_byte_swapped_); }
 
  private:
@@ -142,11 +142,11 @@ class BodyReader {
       vertex_normals_ = has(element, Role::nx);
       vertex_uvs_ = has(element, Role::u);
     }
-    std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
-                                          [](const Element& e) { return is_useful(e); });
+    std::ptrdiff_t unread_elements = std::count_if(header_.elements.begin(), header_.elements.end(),
+                                                   [](const Element& e) { return is_useful(e); });
     for (const Element& element : header_.elements) {
-      if (useful == 0) break;  // The remaining elements are not needed
-      if (is_useful(element)) --useful;
+      if (unread_elements == 0) break;  // The remaining elements are not needed
+      if (is_useful(element)) --unread_elements;
       check_size(element);
       if (element.name == "vertex") {
         if (!read_fixed_size_vertices(element, builder)) read_vertices(element, builder);
@@ -200,7 +200,7 @@ class BodyReader {
     explicit ElementValues(const Element& element) : has_color(has(element, Role::red)) {
       for (const Property& property : element.properties) {
         if (property.role != Role::red) continue;
-        float_color = !integral(property.type);
+        float_color = !is_integer_type(property.type);
         if (property.type == Type::uint16) color_scale_ = 1 / 257.0;
       }
       (*this)[Role::alpha] = MeshBuilder::kFullAlpha;
@@ -255,7 +255,7 @@ class BodyReader {
       if (vertex_normals_) builder.normals.resize(element.count);
       if (vertex_uvs_) builder.uvs.resize(element.count);
       if (colors) builder.colors.resize(element.count, {0, 0, 0, 255});
-      const char* const first = source_.here();
+      const char* const first = source_.cursor();
       parallel_for(element.count, kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
           for (const Field& field : record_fields) {
@@ -309,7 +309,7 @@ class BodyReader {
                                       size_of(list.count_type) == 1 &&
                                       (list.type == Type::int32 || list.type == Type::uint32);
       if (!has_only_triangles || element.count > source_.remaining() / kTriangleBytes) return false;
-      const char* const first = source_.here();
+      const char* const first = source_.cursor();
       if (*first != 3) return false;  // Checks the first face before memory is allocated for all
       const auto read_all = [&](std::span<Triangle> triangles) {
         std::atomic<bool> is_valid = true;
@@ -590,7 +590,7 @@ class BodyReader {
   std::vector<std::string> textures_;  ///< Names of the materials
   /// Name of the material of the last face; null if there is none
   const std::string* texture_ = nullptr;
-  const std::string untextured_ = kUntextured;
+  const std::string untextured_ = kUntexturedMaterialName;
   /// Faces that a warning reports together.
   struct FaceCount {
     std::uint64_t count = 0, first = 0;
@@ -648,7 +648,7 @@ std::vector<Material> read_ply_materials(const MeshInput& given,
   }
   if (names.empty()) return materials;
   Material& untextured = materials.emplace_back();
-  untextured.name = kUntextured;
+  untextured.name = kUntexturedMaterialName;
   untextured.place = input.file + ": no TextureFile";
   untextured.vertex_color = has_colors(header);
   if (untextured.vertex_color) untextured.color_from = MaterialNumber::given;

@@ -64,10 +64,10 @@ struct Header {
 /// picture without its extension, or with it if two names would be equal.
 std::vector<std::string> texture_names(const Header& header);
 /// Name of the material of faces whose `texnumber` refers to no picture.
-inline constexpr const char* kUntextured = "untextured";
+inline constexpr const char* kUntexturedMaterialName = "untextured";
 
 std::size_t size_of(Type type);
-bool integral(Type type);
+bool is_integer_type(Type type);
 
 /// Parses the header.
 /// \throws Error(input) that names the line

@@ -17,7 +17,7 @@ double length_of(const Vec3& v) {
 
 /// Sine of the angle between two vectors.
 /// \param product  product of the lengths of the vectors
-double sine(const Vec3& a, const Vec3& b, double product) {
+double sine_between(const Vec3& a, const Vec3& b, double product) {
   const double x = double{a.y} * b.z - double{a.z} * b.y;
   const double y = double{a.z} * b.x - double{a.x} * b.z;
   const double z = double{a.x} * b.y - double{a.y} * b.x;
@@ -57,10 +57,10 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
   for (std::size_t i = 0; i < tangents.size(); ++i) {
     Tangent& tangent = tangents[i];
     const double size = length_of(tangent.direction);
-    const double across = has_normals && length_of(mesh.normals[i]) > 0
-                              ? sine(tangent.direction, mesh.normals[i], size)
-                              : 1;
-    if (!(size > 0) || !std::isfinite(size) || !(across > kMinNormalSine)) {
+    const double sine_to_normal = has_normals && length_of(mesh.normals[i]) > 0
+                                      ? sine_between(tangent.direction, mesh.normals[i], size)
+                                      : 1;
+    if (!(size > 0) || !std::isfinite(size) || !(sine_to_normal > kMinNormalSine)) {
       tangent.direction = {};
       unusable.add(i, size);
       continue;

@@ -8,8 +8,8 @@
 namespace kiln {
 namespace {
 
-std::string out_of_range(std::uint64_t face, std::int64_t index, const char* what,
-                         std::size_t pool) {
+std::string describe_index_out_of_range(std::uint64_t face, std::int64_t index, const char* what,
+                                        std::size_t pool) {
   return "face " + std::to_string(face) + " uses " + what + " " + std::to_string(index) +
          ", but there are " + std::to_string(pool);
 }
@@ -193,7 +193,7 @@ std::uint32_t ObjParser::resolve_index(std::string_view text, std::size_t pool, 
   }
   const auto size = static_cast<std::int64_t>(pool);
   if (*index == 0 || *index < -size || *index > 0x7FFFFFFF) {
-    input_.fail(scan_.place(), out_of_range(faces_, *index, what, pool),
+    input_.fail(scan_.place(), describe_index_out_of_range(faces_, *index, what, pool),
                 "Indices start at 1, or count backwards from -1; export the mesh again.");
   }
   if (*index < 0) return static_cast<std::uint32_t>(size + *index);

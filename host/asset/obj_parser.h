@@ -49,7 +49,7 @@ class ObjParser {
   const MeshInput& input() const { return input_; }
   std::uint64_t line() const { return scan_.line(); }
   std::string place() const { return scan_.place(); }
-  // Numbers of elements so far
+  // Numbers of vertices and of normals that were parsed so far
   std::size_t vertices() const { return vertices_; }
   std::size_t normals() const { return normals_; }
 
@@ -84,7 +84,7 @@ class ObjParser {
   TextScanner scan_;
   std::size_t vertices_ = 0, uvs_ = 0, normals_ = 0;
   std::uint64_t faces_ = 0;
-  std::vector<std::uint32_t> vertex_, uv_, normal_;  // Of the corners of a face
+  std::vector<std::uint32_t> vertex_, uv_, normal_;  // Indices at the corners of the current face
   LargestIndex largest_vertex_index_, largest_uv_index_, largest_normal_index_;
   ZeroIndices zero_uvs_, zero_normals_;
   std::vector<std::uint32_t> polypaint_;

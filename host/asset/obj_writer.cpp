@@ -25,7 +25,7 @@ class Writer {
     buffer_ += value;
   }
   void write_float(float value) { number(value, std::chars_format::general, 9); }
-  void exact_number(double value) { number(value, std::chars_format::general, 17); }
+  void number_exactly(double value) { number(value, std::chars_format::general, 17); }
   void index(std::uint32_t zero_based) {
     char digits[16];
     const auto end =
@@ -57,7 +57,7 @@ class Writer {
 /// Replaces characters that OBJ does not allow in names: control characters would end the line, and
 /// a final backslash would join it with the next one. '#' is kept, since within a name it does not
 /// begin a comment.
-std::string safe_name(const std::string& name) {
+std::string replace_forbidden_characters(const std::string& name) {
   std::string safe_text = name.empty() ? "default" : name;
   for (char& c : safe_text) {
     if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '\\') c = '_';
@@ -123,7 +123,7 @@ class Names {
   void write_all_names(Writer& out) const {
     for (const std::string& name :
          name_of_triangle_.empty() ? std::vector<std::string>() : names_) {
-      out.text(keyword_ + safe_name(name) + "\n");
+      out.text(keyword_ + replace_forbidden_characters(name) + "\n");
     }
   }
   /// True if readers would number the names in this order anyway, since all are used, in this
@@ -139,19 +139,20 @@ class Names {
   /// Writes the name of a triangle if it differs from the last name.
   /// \returns true if it was written
   bool write_if_changed(std::size_t triangle, Writer& out) {
-    if (name_of_triangle_.empty() || name_of_triangle_[triangle] == last_written_) return false;
-    last_written_ = name_of_triangle_[triangle];
-    out.text(keyword_ + safe_name(names_[last_written_]) + "\n");
+    if (name_of_triangle_.empty() || name_of_triangle_[triangle] == last_written_name_)
+      return false;
+    last_written_name_ = name_of_triangle_[triangle];
+    out.text(keyword_ + replace_forbidden_characters(names_[last_written_name_]) + "\n");
     return true;
   }
   /// Some readers use the name of an object as that of the group, too. This records that name as
   /// the last one.
   void copy_names(const Names& object) {
-    last_written_ = kNone;
+    last_written_name_ = kNone;
     const auto same_name =
-        std::find(names_.begin(), names_.end(), object.names_[object.last_written_]);
+        std::find(names_.begin(), names_.end(), object.names_[object.last_written_name_]);
     if (same_name != names_.end())
-      last_written_ = static_cast<std::uint32_t>(same_name - names_.begin());
+      last_written_name_ = static_cast<std::uint32_t>(same_name - names_.begin());
   }
 
  private:
@@ -159,7 +160,7 @@ class Names {
   const std::vector<std::uint32_t>& name_of_triangle_;  // For each triangle, the index of its name
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::uint32_t last_written_ = kNone;
+  std::uint32_t last_written_name_ = kNone;
 };
 
 /// True if all three corners have a finite UV. In OBJ, either all corners of a face have a UV, or
@@ -196,9 +197,9 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
     const Vec3& p = mesh.positions[i];
     out.text("v");
     if (placed) {
-      out.exact_number(mesh.origin[0] + double{p.x});
-      out.exact_number(mesh.origin[1] + double{p.y});
-      out.exact_number(mesh.origin[2] + double{p.z});
+      out.number_exactly(mesh.origin[0] + double{p.x});
+      out.number_exactly(mesh.origin[1] + double{p.y});
+      out.number_exactly(mesh.origin[2] + double{p.z});
     } else {
       out.write_float(p.x);
       out.write_float(p.y);

@@ -12,7 +12,7 @@
 namespace kiln::ply {
 namespace {
 
-std::optional<Type> to_type(std::string_view name) {
+std::optional<Type> parse_type(std::string_view name) {
   static constexpr std::array<std::pair<std::string_view, Type>, 16> kTypes{
       {{"char", Type::int8},
        {"int8", Type::int8},
@@ -228,7 +228,7 @@ std::string_view texture_file(TextScanner& scan) {
 
 }  // namespace
 
-bool integral(Type type) { return type != Type::float32 && type != Type::float64; }
+bool is_integer_type(Type type) { return type != Type::float32 && type != Type::float64; }
 
 std::size_t size_of(Type type) {
   static constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -245,7 +245,7 @@ std::vector<std::string> texture_names(const Header& header) {
     const bool shared = std::any_of(
         header.texture_files.begin(), header.texture_files.end(),
         [&](const std::string& other) { return other != file && stem(other) == stem(file); });
-    names.push_back(shared || stem(file) == kUntextured ? file : stem(file));
+    names.push_back(shared || stem(file) == kUntexturedMaterialName ? file : stem(file));
   }
   return names;
 }
@@ -292,7 +292,7 @@ Header parse_header(const MeshInput& input) {
       element.count = static_cast<std::uint64_t>(*value);
       for (const Element& other : header.elements) {
         if (other.name == element.name)
-          fail("element \"" + printable(element.name) + "\" comes twice");
+          fail("element \"" + printable(element.name) + "\" occurs twice");
       }
       header.elements.push_back(std::move(element));
     } else if (word == "property") {
@@ -302,15 +302,15 @@ Header parse_header(const MeshInput& input) {
       if (type == "list") {
         property.list = true;
         const std::string_view count_type = scan.token_in_line();
-        const auto parsed_type = to_type(count_type);
-        if (!parsed_type || !integral(*parsed_type)) {
+        const auto parsed_type = parse_type(count_type);
+        if (!parsed_type || !is_integer_type(*parsed_type)) {
           fail("\"" + printable(count_type) +
                "\" is not an integer type, which the length of a list needs");
         }
         property.count_type = *parsed_type;
         type = scan.token_in_line();
       }
-      const auto parsed_type = to_type(type);
+      const auto parsed_type = parse_type(type);
       if (!parsed_type) fail("\"" + printable(type) + "\" is not a type");
       property.type = *parsed_type;
       property.name = scan.token_in_line();
@@ -321,7 +321,7 @@ Header parse_header(const MeshInput& input) {
       if ((element.name == "face" || element.name == "tristrips") && property.list) {
         if (property.name == "vertex_indices" || property.name == "vertex_index") {
           property.role = Role::indices;
-          if (!integral(property.type)) fail("vertex indices must be of an integer type");
+          if (!is_integer_type(property.type)) fail("vertex indices must be of an integer type");
         } else if (property.name == "texcoord" && element.name == "face") {
           property.role = Role::wedge_uvs;
         }

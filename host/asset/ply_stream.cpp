@@ -49,9 +49,10 @@ std::string find_stream_layout(const Header& header, StreamLayout& layout) {
   if (all.size() < 2 || all[0].name != "vertex" || all[1].name != "face") {
     return "does not hold vertices, then faces";
   }
-  constexpr std::uint64_t kMost = 0x7FFFFFFF;
+  constexpr std::uint64_t kMaxElements = 0x7FFFFFFF;
   if (all[0].count == 0 || all[1].count == 0) return "is empty";
-  if (all[0].count > kMost || all[1].count > kMost) return "has more than 2^31 vertices or faces";
+  if (all[0].count > kMaxElements || all[1].count > kMaxElements)
+    return "has more than 2^31 vertices or faces";
   layout.vertices = all[0].count;
   layout.triangles = all[1].count;
   std::size_t found = 0;
@@ -95,10 +96,11 @@ std::string find_stream_layout(const Header& header, StreamLayout& layout) {
   }
   if (found != 3) return "has vertices without coordinates";
   const std::vector<Property>& face = all[1].properties;
-  const bool plain = face.size() == 1 && face[0].list && face[0].role == Role::indices &&
-                     size_of(face[0].count_type) == 1 &&
-                     (face[0].type == Type::int32 || face[0].type == Type::uint32);
-  if (!plain) return "has faces with more than a list of indices";
+  const bool has_only_index_lists = face.size() == 1 && face[0].list &&
+                                    face[0].role == Role::indices &&
+                                    size_of(face[0].count_type) == 1 &&
+                                    (face[0].type == Type::int32 || face[0].type == Type::uint32);
+  if (!has_only_index_lists) return "has faces with more than a list of indices";
   layout.first_vertex = header.body;
   layout.first_face = layout.first_vertex + layout.vertices * layout.vertex_bytes;
   return {};
@@ -118,7 +120,7 @@ class PlyStream : public MeshStream {
       throw Error(ErrorCode::internal, "'" + path_ + "' " + reason + ": it cannot be streamed.");
     }
     if (layout_.first_face + layout_.triangles * kTriangleFaceBytes > source_->size()) {
-      input_.fail("header", "it promises more elements than the file can hold (truncated)",
+      input_.fail("header", "it declares more elements than the file can hold (truncated)",
                   "Copy or export it again.");
     }
     identity_ = file_identity(path, source_->size());
@@ -137,18 +139,19 @@ class PlyStream : public MeshStream {
   std::string identity() const override { return identity_; }
 
   void read_positions(std::size_t first, std::span<Vec3> to) const override {
-    each_vertex(first, to.size(),
-                [&](std::size_t i, const char* at) { to[i] = vector_at(at, layout_.position); });
+    for_each_vertex(first, to.size(), [&](std::size_t i, const char* at) {
+      to[i] = vector_at(at, layout_.position);
+    });
   }
 
   void read_normals(std::size_t first, std::span<Vec3> to) const override {
-    each_vertex(first, to.size(), [&](std::size_t i, const char* at) {
+    for_each_vertex(first, to.size(), [&](std::size_t i, const char* at) {
       to[i] = unit_normal(vector_at(at, layout_.normal));
     });
   }
 
   void read_colors(std::size_t first, std::span<Color> to) const override {
-    each_vertex(first, to.size(), [&](std::size_t i, const char* at) {
+    for_each_vertex(first, to.size(), [&](std::size_t i, const char* at) {
       to[i] = {0, 0, 0, 255};
       for (std::size_t c = 0; c < 4; ++c) {
         if (layout_.color[c]) to[i][c] = static_cast<std::uint8_t>(at[*layout_.color[c]]);
@@ -187,7 +190,7 @@ class PlyStream : public MeshStream {
   }
 
   template <typename Take>
-  void each_vertex(std::size_t first, std::size_t count, const Take& take) const {
+  void for_each_vertex(std::size_t first, std::size_t count, const Take& take) const {
     for_each_element(layout_.first_vertex, layout_.vertex_bytes, first, count, take);
   }
 
@@ -195,16 +198,16 @@ class PlyStream : public MeshStream {
   template <typename Take>
   void for_each_element(std::uint64_t start, std::size_t bytes, std::size_t first,
                         std::size_t count, const Take& take) const {
-    const std::size_t most = std::max<std::size_t>(1, kStreamedAtOnce / bytes);
-    std::vector<char> piece(std::min(count, most) * bytes);
-    for (std::size_t done = 0; done < count; done += most) {
-      const std::size_t now = std::min(most, count - done);
-      const std::size_t got =
-          source_->read_at(start + (first + done) * bytes, piece.data(), now * bytes);
-      if (got != now * bytes || source_->was_written()) {
+    const std::size_t max_elements = std::max<std::size_t>(1, kStreamedAtOnce / bytes);
+    std::vector<char> piece(std::min(count, max_elements) * bytes);
+    for (std::size_t done = 0; done < count; done += max_elements) {
+      const std::size_t element_count = std::min(max_elements, count - done);
+      const std::size_t read_bytes =
+          source_->read_at(start + (first + done) * bytes, piece.data(), element_count * bytes);
+      if (read_bytes != element_count * bytes || source_->was_written()) {
         input_.fail("", "it changed while it was read", "Wait until it is written, and try again.");
       }
-      for (std::size_t i = 0; i < now; ++i) take(done + i, &piece[i * bytes]);
+      for (std::size_t i = 0; i < element_count; ++i) take(done + i, &piece[i * bytes]);
     }
   }
 

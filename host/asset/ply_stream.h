@@ -15,7 +15,7 @@ namespace kiln {
 struct PlyLayout {
   std::uint64_t triangles = 0;
   bool has_uvs = false, has_normals = false;
-  bool has_pictures = false;  ///< The header names pictures, and the vertices have UVs
+  bool has_pictures = false;  ///< True if the header names pictures, and the vertices have UVs
   /// Why the file cannot be read in pieces, as the end of a sentence about it; empty if it can
   std::string obstacle;
 };

@@ -112,7 +112,7 @@ class SavedMeshReader {
   void take(std::vector<T>& values) {
     constexpr bool is_flat = std::is_trivially_copyable_v<T>;
     // An element that is itself a list takes at least 8 bytes, for its number of elements.
-    const std::size_t count = take_count(is_flat ? sizeof(T) : sizeof(std::uint64_t));
+    const std::size_t count = read_count(is_flat ? sizeof(T) : sizeof(std::uint64_t));
     values.resize(count);
     if constexpr (is_flat) {
       copy(values.data(), count * sizeof(T));
@@ -121,7 +121,7 @@ class SavedMeshReader {
     }
   }
   void take(std::string& text) {
-    text.resize(take_count(1));
+    text.resize(read_count(1));
     copy(text.data(), text.size());
   }
   void take(UvSet& set) {
@@ -131,7 +131,7 @@ class SavedMeshReader {
   bool is_at_end() const { return remaining_.empty(); }
 
  private:
-  std::size_t take_count(std::size_t bytes_each) {
+  std::size_t read_count(std::size_t bytes_each) {
     std::uint64_t count = 0;
     take(count);
     if (count > remaining_.size() / bytes_each) {

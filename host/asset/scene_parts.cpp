@@ -121,15 +121,15 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
-  const bool is_kept_out = !input_.options.outside && register_file_check(folder_ / normal_path);
-  (is_kept_out ? outside_pictures_ : missing_pictures_).add(name);
+  const bool lies_outside = !input_.options.outside && register_file_check(folder_ / normal_path);
+  (lies_outside ? outside_pictures_ : missing_pictures_).add(name);
 }
 
 void ScenePictures::set_transform(MaterialPicture& picture, double scale_u, double scale_v,
-                                  bool moved, bool agreed) {
-  const bool usable =
+                                  bool is_moved, bool is_unambiguous) {
+  const bool is_valid_scale =
       std::isfinite(scale_u) && scale_u != 0 && std::isfinite(scale_v) && scale_v != 0;
-  if (!moved && ((scale_u == 1 && scale_v == 1) || (agreed && usable))) {
+  if (!is_moved && ((scale_u == 1 && scale_v == 1) || (is_unambiguous && is_valid_scale))) {
     picture.uv_transform = {narrow(scale_u), 0, 0, 0, narrow(scale_v), 0};
   } else {
     transformed_pictures_.add(picture.file.filename().string());

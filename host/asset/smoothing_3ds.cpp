@@ -100,11 +100,12 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
       });
     });
   });
-  const bool is_meshlabs = std::all_of(meshes.begin(), meshes.end(), [](const Smoothing3ds& mesh) {
-    return std::all_of(mesh.masks.begin(), mesh.masks.end(),
-                       [](std::uint32_t mask) { return mask == kMeshLabMask; });
-  });
-  if (is_meshlabs) {
+  const bool is_written_by_meshlab =
+      std::all_of(meshes.begin(), meshes.end(), [](const Smoothing3ds& mesh) {
+        return std::all_of(mesh.masks.begin(), mesh.masks.end(),
+                           [](std::uint32_t mask) { return mask == kMeshLabMask; });
+      });
+  if (is_written_by_meshlab) {
     for (Smoothing3ds& mesh : meshes) std::fill(mesh.masks.begin(), mesh.masks.end(), 0U);
   }
   return meshes;

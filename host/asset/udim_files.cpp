@@ -50,7 +50,7 @@ std::uint32_t parse_columns_at(const std::string& name, std::size_t at, std::siz
 
 }  // namespace
 
-std::optional<TileName> TileName::by_token(const fs::path& path) {
+std::optional<TileName> TileName::parse_token(const fs::path& path) {
   struct Token {
     const char* text;  // The placeholder for the tile, in lower case
     bool by_columns;
@@ -74,7 +74,7 @@ std::optional<TileName> TileName::by_token(const fs::path& path) {
   return std::nullopt;
 }
 
-std::optional<TileName> TileName::by_number(const fs::path& path) {
+std::optional<TileName> TileName::parse_number(const fs::path& path) {
   const std::string name = path.filename().string();
   TileName result;
   std::size_t end = 0;
@@ -123,12 +123,12 @@ std::vector<std::uint32_t> TileName::files() const {
 }
 
 bool names_tile(const fs::path& path) {
-  return TileName::by_token(path) || TileName::by_number(path);
+  return TileName::parse_token(path) || TileName::parse_number(path);
 }
 
 bool is_picture_file(const fs::path& path) {
   if (is_file(path)) return true;
-  const auto name = TileName::by_token(path);
+  const auto name = TileName::parse_token(path);
   return name && !name->files().empty();
 }
 
@@ -175,7 +175,7 @@ TileCounts count_tiles(const Mesh& mesh) {
 TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
                      const std::function<bool(const fs::path&)>& is_others) {
   TileFiles result;
-  if (const auto name = TileName::by_token(picture)) {
+  if (const auto name = TileName::parse_token(picture)) {
     const std::vector<std::uint32_t> files = name->files();
     for (const bool all : {false, true}) {
       for (const std::uint32_t tile : files) {
@@ -187,7 +187,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     return result;
   }
   if (counts == nullptr) return result;
-  const auto name = TileName::by_number(picture);
+  const auto name = TileName::parse_number(picture);
   if (!name) return result;
   std::uint64_t outside_first_tile = 0, triangles_with_files = 0, all_triangles = 0;
   bool named_by_others = false;

@@ -26,10 +26,10 @@ class TileName {
   /// Recognises a token: `<UDIM>` (1001 + u + 10 v) or `<UVTILE>` (u1_v1, counted from 1), both in
   /// upper or lower case, or Houdini's `%(UDIM)d`. Returns nullopt if the name has no token, or if
   /// a file has exactly this name.
-  static std::optional<TileName> by_token(const std::filesystem::path& path);
+  static std::optional<TileName> parse_token(const std::filesystem::path& path);
   /// Recognises a separate number from 1001 to 1999, or u1_v1; of several, the last one in the name
   /// counts. Returns nullopt if there is none.
-  static std::optional<TileName> by_number(const std::filesystem::path& path);
+  static std::optional<TileName> parse_number(const std::filesystem::path& path);
 
   std::filesystem::path file_of(std::uint32_t tile) const;
   /// The path with a token for the tile. If the name has a number, `<UDIM>` or `<UVTILE>` replaces
@@ -37,7 +37,7 @@ class TileName {
   std::filesystem::path token_path() const;
   /// The tiles whose files exist, in ascending order.
   std::vector<std::uint32_t> files() const;
-  /// Number of the tile in the name that was given to by_number()
+  /// Number of the tile in the name that was given to parse_number()
   std::uint32_t number() const { return number_; }
 
  private:

@@ -47,7 +47,7 @@ int open_to_read(const std::filesystem::path& path) noexcept;
 int open_to_write(const std::filesystem::path& path) noexcept;
 /// Creates a file; fails if it exists.
 int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
-/// Creates a file without a name; name_file() can assign one.
+/// Creates a file without a name; link_unnamed_file() can assign one.
 int create_unnamed(const std::filesystem::path& folder) noexcept;
 /// Opens a folder and locks it against other processes. Waits for at most `seconds`, then returns -1 with
 /// EWOULDBLOCK. On file systems without locks, it succeeds without a lock.
@@ -56,7 +56,7 @@ int duplicate(int file) noexcept;
 void close(int file) noexcept;
 
 /// Assigns a name, which must not exist, to a file of create_unnamed().
-bool name_file(int file, const std::filesystem::path& name) noexcept;
+bool link_unnamed_file(int file, const std::filesystem::path& name) noexcept;
 /// A path at which other processes can read an open file.
 std::string path_of_open_file(int file);
 

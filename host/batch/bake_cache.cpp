@@ -61,7 +61,7 @@ bool includes_files(const Job& job) {
 
 std::string current_answer(const fs::path& path, const std::string& question) {
   if (question == kTilesAnswerKey) {
-    const auto name = TileName::by_token(path);
+    const auto name = TileName::parse_token(path);
     std::string answer;
     if (name) {
       for (const std::uint32_t tile : name->files()) answer += std::to_string(tile) + " ";

@@ -66,10 +66,10 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
   const std::vector<Material>& high = scene.high.input.nodes_and_materials.materials;
   const bool any_transparent = std::any_of(high.begin(), high.end(), is_transparent);
   if (!asset.has_opacity || (any_transparent && !asset.opacity_is_sampled)) return std::nullopt;
-  const bool blends = std::any_of(high.begin(), high.end(), [](const Material& m) {
+  const bool has_blending = std::any_of(high.begin(), high.end(), [](const Material& m) {
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
-  return blends ? AlphaMode::blend : AlphaMode::mask;
+  return has_blending ? AlphaMode::blend : AlphaMode::mask;
 }
 
 /// Copies the alpha mode, sidedness and extras from HIGH's material, or from LOW's own material if HIGH's is null.
@@ -390,11 +390,11 @@ namespace {
 /// triangles. Vertex colours of a given low poly are kept, since they may be masks that its author painted.
 void drop_replaced_vertex_colors(const BakeScene& scene, AssetMesh& written) {
   if (!scene.run.job.low.given.empty()) return;
-  const bool painted = std::all_of(written.materials.begin(), written.materials.end(),
-                                   [](const AssetMaterial& material) {
-                                     return material.pictures && material.pictures->has_color;
-                                   });
-  if (painted) written.mesh.colors.clear();
+  const bool pictures_replace_colors = std::all_of(
+      written.materials.begin(), written.materials.end(), [](const AssetMaterial& material) {
+        return material.pictures && material.pictures->has_color;
+      });
+  if (pictures_replace_colors) written.mesh.colors.clear();
 }
 
 }  // namespace

@@ -154,10 +154,11 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
   if (plan.wanted > 0 && plan.chosen.measured > plan.wanted) {
     warnings.push_back(
         {"error-not-reached",
-         "Within " + option("max_bytes") +
-             formatted(" rendered normals come within %.3g degrees, but ", plan.chosen.measured) +
+         "With " + option("max_bytes") +
+             formatted(", the mean error of rendered normals is %.3g degrees, but ",
+                       plan.chosen.measured) +
              option("max_error") +
-             formatted(" asks for %.3g. Allow more bytes, or accept more.", plan.wanted),
+             formatted(" allows %.3g. Allow more bytes, or a larger error.", plan.wanted),
          1});
   } else if (!plan.reached) {
     warnings.push_back(plan_bound_warning(plan));

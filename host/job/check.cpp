@@ -47,12 +47,12 @@ void resolve_asset_output(Job& a) {
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
     // A name with the extension of another file format counts as a mistake, since hardly any folder has such a name.
-    constexpr std::string_view kOtherExtensions[] = {
+    constexpr std::string_view kExtensionsOfOtherFormats[] = {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
         ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
         ".tif",  ".tiff", ".usd",   ".usda", ".usdc", ".usdz", ".webp", ".x",   ".zip"};
-    refuse_if(std::find(std::begin(kOtherExtensions), std::end(kOtherExtensions), ending) !=
-                  std::end(kOtherExtensions),
+    refuse_if(std::find(std::begin(kExtensionsOfOtherFormats), std::end(kExtensionsOfOtherFormats),
+                        ending) != std::end(kExtensionsOfOtherFormats),
               option("out") + " '" + a.out +
                   "': a bake writes maps into a folder, or an asset NAME.glb, NAME.gltf or "
                   "NAME.obj: name one of these. " +
@@ -290,11 +290,11 @@ void check_low_poly_plan(const Job& a) {
                 option("match_by", "name") + " need a LOW, yours or with " + option("faces", "N") +
                 ": Kiln "
                 "plans its own here.");
-  const bool by_uvs = match_uses_option(a, "match.uv") && !has_heights(a);
-  refuse_if(by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
-            option("match", match_name(a)) +
-                " needs LOW before the bake: leave it out, or give LOW or " + option("faces") +
-                ".");
+  const bool matches_by_uvs = match_uses_option(a, "match.uv") && !has_heights(a);
+  refuse_if(
+      matches_by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
+      option("match", match_name(a)) + " needs LOW before the bake: leave it out, or give LOW or " +
+          option("faces") + ".");
   refuse_if(!bakes_shading_map(a),
             (a.max_bytes != 0 ? option("max_bytes") : option("max_error", "normal=DEGREES")) +
                 " measures normal maps: add " + std::string(shading_map().name) + " to " +
@@ -340,11 +340,11 @@ void check_low(const Job& a) {
   check_bytes(a);
   check_low_poly_plan(a);
   check_lods(a);
-  const bool bounded = !deviation_bound(a).empty();
-  refuse_if(a.low.make.faces != 0 && bounded,
+  const bool has_deviation_bound = !deviation_bound(a).empty();
+  refuse_if(a.low.make.faces != 0 && has_deviation_bound,
             option("faces") + " and " + option("max_error") +
                 " both limit the size of the low poly: leave one of them out.");
-  refuse_if(!a.low.given.empty() && (a.low.make.faces != 0 || bounded),
+  refuse_if(!a.low.given.empty() && (a.low.make.faces != 0 || has_deviation_bound),
             option("faces") + " and " + option("max_error") +
                 " are for making a low poly, but LOW '" + low_name(a) +
                 "' was given: leave one of them out.");
@@ -469,9 +469,10 @@ void check_visibility(const Job& a) {
 
 /// Checks maps of values that only some matches compute.
 void check_maps(const Job& a) {
-  const bool by_visibility = !has_saved_match(a) && match_uses_option(a, "match.visibility");
+  const bool matches_by_visibility =
+      !has_saved_match(a) && match_uses_option(a, "match.visibility");
   for (const MapKind map : requested_map_kinds(a)) {
-    if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
+    if (!obeys(find_map(map.name), "match.visibility") || matches_by_visibility) continue;
     fail_usage(option("maps", std::string(map.name)) +
                " holds visibility directions, which only some matches compute: use it with " +
                option("match") + " visibility or hybrid.");
@@ -616,8 +617,8 @@ void check_resolved_job(const Job& a) {
             option("raw") + " writes negative values, which " +
                 option("format", name_of(Words(kFormatWords), a.image.format)) +
                 " cannot hold: add " + option("format", "exr") + ".");
-  const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
-                       a.image.format == ImageFormat::webp;
+  const bool can_dither = a.image.format == ImageFormat::png8 ||
+                          a.image.format == ImageFormat::tga || a.image.format == ImageFormat::webp;
   refuse_if(a.pictures.format == PictureFormat::jpeg && !writes_gltf(a),
             option("format", "jpeg") +
                 " is for the pictures of a GLB or glTF: name the output NAME.glb, or choose "
@@ -628,7 +629,7 @@ void check_resolved_job(const Job& a) {
               option(name) + " is for a GLB or glTF: name the output NAME.glb.");
   }
   if (writes_gltf(a)) return;
-  refuse_if(a.image.dither && !dithers,
+  refuse_if(a.image.dither && !can_dither,
             option("dither") + " is for " + option("format", "png8") + ", tga and webp.");
   refuse_if(a.given.contains("--dither") && a.pictures.dither == Dither::automatic,
             option("dither", "auto") +

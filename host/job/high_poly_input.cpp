@@ -235,8 +235,8 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
 }
 
 Json describe(const ShadingReport& shading) {
-  constexpr const char* kChosen[] = {"auto", "file", "smooth", "flat", "hard_edges"};
-  return {{"chosen", kChosen[static_cast<std::size_t>(shading.chosen)]},
+  constexpr const char* kShadingWords[] = {"auto", "file", "smooth", "flat", "hard_edges"};
+  return {{"chosen", kShadingWords[static_cast<std::size_t>(shading.chosen)]},
           {"given", shading.given},
           {"missing", shading.missing},
           {"parts", shading.parts},

@@ -109,8 +109,8 @@ bool is_asset(const std::filesystem::path& out) {
 }
 
 const std::string& first_input_name(const std::vector<JobInput>& inputs) {
-  static const std::string no_name;
-  return inputs.empty() ? no_name : inputs.front().name;
+  static const std::string empty_name;
+  return inputs.empty() ? empty_name : inputs.front().name;
 }
 
 std::vector<std::string> input_names(const std::vector<JobInput>& inputs) {
@@ -244,8 +244,8 @@ std::string deviation_bound(const Job& job) {
 
 bool plans_low_poly(const Job& job) {
   const bool makes_low = job.low.given.empty() && job.low.make.faces == 0;
-  const bool by_bytes = job.max_bytes != 0 && deviation_bound(job).empty();
-  return makes_low && !has_saved_match(job) && (by_bytes || !angle_bound(job).empty());
+  const bool is_limited_by_bytes = job.max_bytes != 0 && deviation_bound(job).empty();
+  return makes_low && !has_saved_match(job) && (is_limited_by_bytes || !angle_bound(job).empty());
 }
 
 bool writes_lods_into_one_file(const Job& job) {

@@ -92,9 +92,9 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     const OptionRow* const row = find_row(bake_rows(), flag);
     // Only options of a single map can be set here; others apply to the whole bake. Lists are excluded because commas
     // separate the items of --maps.
-    const bool is_setting = row != nullptr && row->is_map_option() && row->applies_to(info) &&
-                            row->value.type != "list";
-    const std::string option_member = is_setting ? row->value.member : "";
+    const bool is_settable = row != nullptr && row->is_map_option() && row->applies_to(info) &&
+                             row->value.type != "list";
+    const std::string option_member = is_settable ? row->value.member : "";
     const auto is_in_member = [&](std::string_view path) {
       return option_member.starts_with(path);
     };
@@ -125,7 +125,7 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
   return map;
 }
 
-void share_occluders(BakeOptions& options) {
+void copy_occluders_to_variants(BakeOptions& options) {
   for (MapVariant& map : options.variants) {
     if (!map.occlusion) continue;
     map.occlusion->by_high = options.occlusion.by_high;

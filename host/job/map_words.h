@@ -34,7 +34,7 @@ MapKind variant_kind(const std::string& word);
 /// The kinds of maps in --maps, including those of variants.
 std::vector<MapKind> requested_map_kinds(const Job& job);
 /// Copies the occluders of the bake to all variants. Call it after the meshes are loaded.
-void share_occluders(BakeOptions& options);
+void copy_occluders_to_variants(BakeOptions& options);
 
 /// Names of all maps of the job: requested_maps() and own_map_names().
 std::vector<std::string> all_map_names(const Job& arguments);

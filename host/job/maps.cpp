@@ -87,7 +87,7 @@ bool sampled_images_replace_all_maps(BakedLayout& baked) {
   if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;
   if (options.transfers.empty()) return true;
   options.maps = {shading_map()};
-  baked.sampled_images_alone = true;
+  baked.has_only_sampled_images = true;
   return false;
 }
 

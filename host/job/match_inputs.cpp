@@ -95,7 +95,7 @@ void MatchInputs::apply(BakeOptions& options) const {
   apply_cage(options);
   if (parts_) options.match.parts = &*parts_;
   for (const Mesh& mesh : occluders_) options.occlusion.by_others.push_back(&mesh);
-  share_occluders(options);
+  copy_occluders_to_variants(options);
   if (!match_) return;
   options.match.saved = &*match_;
   options.width = match_->width / match_->samples;

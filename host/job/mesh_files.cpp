@@ -307,8 +307,8 @@ struct SideValues {
 };
 
 bool has_extension(const std::string& file, const std::vector<std::string>& extensions) {
-  const std::string value_of_side = lower_extension(file);
-  return std::find(extensions.begin(), extensions.end(), value_of_side) != extensions.end();
+  const std::string extension = lower_extension(file);
+  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 
 }  // namespace
@@ -353,11 +353,12 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
 }
 
 ShadingOptions parse_shading(const std::string& text) {
-  constexpr std::pair<const char*, ShadingRule> kRules[] = {{"auto", ShadingRule::automatic},
-                                                            {"file", ShadingRule::file},
-                                                            {"smooth", ShadingRule::smooth},
-                                                            {"flat", ShadingRule::flat}};
-  for (const auto& [word, rule] : kRules) {
+  constexpr std::pair<const char*, ShadingRule> kShadingRuleWords[] = {
+      {"auto", ShadingRule::automatic},
+      {"file", ShadingRule::file},
+      {"smooth", ShadingRule::smooth},
+      {"flat", ShadingRule::flat}};
+  for (const auto& [word, rule] : kShadingRuleWords) {
     if (text == word) return {.rule = rule};
   }
   ShadingOptions options = {.rule = ShadingRule::angle};

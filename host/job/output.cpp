@@ -73,7 +73,7 @@ void StoredMaps::copy_shared_properties(const StoredMaps& other) {
 void drop_unwritten_maps(const RunHooks& hooks, BakedLayout& baked) {
   std::erase_if(baked.result.maps, [&](const BakedMap& map) {
     return hooks.not_written.contains(std::string(map.kind.name)) ||
-           (baked.sampled_images_alone && map.kind == shading_map());
+           (baked.has_only_sampled_images && map.kind == shading_map());
   });
 }
 

@@ -1,4 +1,4 @@
-// Bakes whose low poly, map and match are planned together.
+// Plans and bakes jobs whose low poly, map and match are planned together.
 #include "kiln/plan.h"
 
 #include <algorithm>
@@ -35,10 +35,10 @@ LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& b
   options.height_field = scene.high.input.heights.has_value();
   options.unwrap = unwrap_options(job.unwrap_method, options.bake.width).method;
   options.density = job.density;
-  const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
-                             options.bake.own_maps.empty() && options.bake.variants.empty();
+  const bool bakes_only_normals = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
+                                  options.bake.own_maps.empty() && options.bake.variants.empty();
   options.may_leave_map_out =
-      normals_alone && job.packs.empty() && !job.layers && job.save_match.empty();
+      bakes_only_normals && job.packs.empty() && !job.layers && job.save_match.empty();
   return options;
 }
 

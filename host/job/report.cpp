@@ -93,13 +93,13 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
   const BakeReport& report = baked.result.report;
   const Job& job = scene.run.job;
   const LowMesh& low = scene.low;
-  const bool one_layout = scene.sets.empty();
+  const bool has_single_layout = scene.sets.empty();
   // the values that integer formats store as 0 and 1, per channel
-  if (one_layout && !stored.ranges.empty()) json["ranges"] = stored.ranges;
-  if (one_layout && !stored.errors.empty()) json["stored_errors"] = stored.errors;
+  if (has_single_layout && !stored.ranges.empty()) json["ranges"] = stored.ranges;
+  if (has_single_layout && !stored.errors.empty()) json["stored_errors"] = stored.errors;
   if (stored.origin) json["origin"] = *stored.origin;
   if (report.curvature_radius > 0) json["curvature_radius"] = report.curvature_radius;
-  if (one_layout && baked.options.encoding.mips) json["mips"] = stored.mips;
+  if (has_single_layout && baked.options.encoding.mips) json["mips"] = stored.mips;
   if (baked.planned) json["auto"] = plan_json(*baked.planned);
   if (outcome.asset.fitted) json["bytes"] = bytes_json(outcome);
   const PlannedLow* const planned = outcome.planned;
@@ -108,7 +108,7 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
     json["plan"] = low_poly_plan_json(planned->plan,
                                       screen.empty() ? 0 : parse_pixels(option("screen"), screen));
   }
-  if (!one_layout) json["sets"] = outcome.set_reports;
+  if (!has_single_layout) json["sets"] = outcome.set_reports;
   if (planned != nullptr && planned->lods) json["lods"] = planned->lod_descriptions;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
   if (!stored.variant_ids.empty()) json["variant_ids"] = stored.variant_ids;

@@ -152,7 +152,7 @@ OptionValue maps_value() {
   return value;
 }
 
-OptionValue gutter_value() {
+OptionValue padding_value() {
   OptionValue value = value_of<Job>(
       "bake.encoding.gutter", "whole", "N|inf",
       [](Job& job, OptionName, ValueWords words) {
@@ -428,7 +428,7 @@ OptionValue bytes_value() {
   return value;
 }
 
-/// The value of --dither: a switch with an optional value; without one it is on.
+/// The value of --dither: a switch with an optional value; the flag without a value means on.
 OptionValue dither_value() {
   const std::vector<std::string> names = names_of(Words(kDitherWords));
   OptionValue value = value_of<Job>(
@@ -616,7 +616,7 @@ std::vector<OptionRow> make_rows() {
        .help = "Supersampling: N x N samples per texel, averaged"},
       {.flag = "--gutter",
        .group = kMapGroup,
-       .value = gutter_value(),
+       .value = padding_value(),
        .help = "Padding: number of texels filled around charts, or inf. By default, in a GLB and "
                "in layouts that Kiln makes, all background is filled so that mip levels keep the "
                "mean of the charts"},

@@ -144,16 +144,16 @@ Message explain_exceeded_limit(const Job& job, const RunOutcome& outcome) {
   if (low.simplified && misses_faces(*low.simplified, job.low.make.faces)) {
     return too_many_faces(*low.simplified, job.low.make.faces);
   }
-  const auto misses_angle = [&](const std::optional<PlannedBake>& plan) {
+  const auto misses_angle_bound = [&](const std::optional<PlannedBake>& plan) {
     return plan && !plan->reached && !angle_bound(job).empty();
   };
   const PlannedLow* const planned = outcome.planned;
   const bool reached = planned == nullptr ? true
                        : planned->lods    ? planned->lods->reached
                                           : planned->plan.reached;
-  if (!reached || misses_angle(outcome.baked.planned) ||
+  if (!reached || misses_angle_bound(outcome.baked.planned) ||
       std::any_of(outcome.scene.sets.begin(), outcome.scene.sets.end(),
-                  [&](const BakedSet& set) { return misses_angle(set.planned); })) {
+                  [&](const BakedSet& set) { return misses_angle_bound(set.planned); })) {
     return "the requested error was not reached.";
   }
   return {};
@@ -234,7 +234,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     }
   }
   const Source& source = high.prepared != nullptr ? high.prepared->source : *built_source;
-  if (high.prepared == nullptr) offer_saved_tree(job, source);
+  if (high.prepared == nullptr) attach_saved_tree(job, source);
   seconds.build = stopwatch.lap();
 
   FoundSets found = find_sets({run, high, low}, source, options);
@@ -263,7 +263,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     baked = planned ? bake_planned_low(scene, source, options, low, plan)
                     : bake_layout(scene, source, options);
   }
-  const PlannedLow* const plan_made = planned ? &plan : nullptr;
+  const PlannedLow* const low_plan = planned ? &plan : nullptr;
   if (planned && !job.given.contains("--format")) {
     job.image.format = plan.plan.chosen.bits == 8 ? ImageFormat::png8 : ImageFormat::png16;
   }
@@ -284,7 +284,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     if (plan.lods) {
       save_lods(scene, source, plan, baked, asset, outputs);
     } else {
-      save_low_and_maps(scene, source, asset_file(job), plan_made, baked, asset, outputs);
+      save_low_and_maps(scene, source, asset_file(job), low_plan, baked, asset, outputs);
       save_beside_maps(scene, baked, outputs);
       save_found_cage(scene, match_inputs, outputs);
     }
@@ -296,7 +296,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   if (saved_source != nullptr) save_source(run, source, *saved_source, outputs);
   seconds.save = stopwatch.lap();
 
-  const RunOutcome outcome{scene,       match_inputs, baked,   plan_made,        asset,
+  const RunOutcome outcome{scene,       match_inputs, baked,   low_plan,         asset,
                            set_reports, outputs,      seconds, stopwatch.total()};
   collect_warnings(outcome, source, log);
   JobResult result;

@@ -29,7 +29,7 @@ void save_source(const RunContext& run, const Source& source, AtomicFile& file,
   file.commit();
 }
 
-void offer_saved_tree(const Job& job, const Source& source) {
+void attach_saved_tree(const Job& job, const Source& source) {
   if (job.high.size() != 1 || job.high.front().asset ||
       !is_saved_source_name(job.high.front().name))
     return;

@@ -68,12 +68,12 @@ void assign_file_names(const Job& job, std::vector<BakedSet>& sets) {
       continue;
     }
     const std::string safe_name = safe_file_name(set.set.name);
-    const auto is_free = [&](const std::string& ending) {
+    const auto is_unused = [&](const std::string& ending) {
       return !used_names.contains(lower_case(set.word + ending));
     };
     std::size_t k = 1;
     for (set.word = safe_name;
-         !std::all_of(file_name_endings.begin(), file_name_endings.end(), is_free);) {
+         !std::all_of(file_name_endings.begin(), file_name_endings.end(), is_unused);) {
       set.word = safe_name + "_" + std::to_string(++k);
     }
     for (const std::string& ending : file_name_endings)
@@ -247,8 +247,9 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   return json;
 }
 
-/// Makes texture sets by a criterion, and checks them. \param by_user  true if --sets chose the criterion
-FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool by_user) {
+/// Makes texture sets by a criterion, and checks them. \param is_user_choice  true if --sets chose the criterion
+FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy by,
+                    bool is_user_choice) {
   RunLog& log = scene.run.log;
   Job job = scene.run.job;
   job.sets = by;
@@ -281,7 +282,7 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
   assign_file_names(job, found.sets);
   check_outputs(job, found.sets, scene.run.hooks);
   std::erase_if(log.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
-  if (!by_user) {
+  if (!is_user_choice) {
     log.line(std::to_string(found.sets.size()) + " texture sets, one per " +
              (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSetsWords), job.sets)) +
              ": their UVs overlap (" + option("sets", "none") + " bakes one map)");
@@ -295,9 +296,9 @@ Mesh keep_trial_uvs(Mesh low) {
   constexpr double kTrialTriangles = 8192;
   // Grid cells along a side of the unit square. A hash selects the cells whose triangles keep their UVs.
   constexpr double kTrialGridCells = 1024;
-  constexpr std::uint32_t kHashValues = 1U << 16U;
+  constexpr std::uint32_t kHashRange = 1U << 16U;
   const double detail_ratio = kTrialTriangles / static_cast<double>(low.triangles.size());
-  const auto nan_uv = static_cast<std::uint32_t>(low.uvs.size());
+  const auto nan_uv_index = static_cast<std::uint32_t>(low.uvs.size());
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   low.uvs.push_back({kNaN, kNaN});
   low.tangents.assign(3 * low.triangles.size(), {{1, 0, 0}, 1});
@@ -311,7 +312,7 @@ Mesh keep_trial_uvs(Mesh low) {
     const auto column = static_cast<std::uint32_t>((u - std::floor(u)) * kTrialGridCells);
     const auto row = static_cast<std::uint32_t>((v - std::floor(v)) * kTrialGridCells);
     const std::uint32_t hash = (column * 0x9E3779B1U ^ row * 0x85EBCA77U) * 0xC2B2AE3DU >> 16U;
-    if (hash >= detail_ratio * kHashValues) corners = {nan_uv, nan_uv, nan_uv};
+    if (hash >= detail_ratio * kHashRange) corners = {nan_uv_index, nan_uv_index, nan_uv_index};
   }
   return low;
 }
@@ -355,19 +356,19 @@ bool has_saved_match_per_tile(const Mesh& low, const std::string& path) {
 FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOptions& options) {
   const Job& job = scene.run.job;
   const Mesh& low = scene.low.mesh;
-  const bool by_user = job.sets.has_value();
+  const bool is_user_choice = job.sets.has_value();
   SetsBy criterion = SetsBy::none;
   if (explain_single_set(job).empty() && !low.uv_triangles.empty()) {
-    criterion = by_user ? *job.sets : choose_texture_sets(low);
-    const bool by_uvs = any_match_uses_option(
+    criterion = is_user_choice ? *job.sets : choose_texture_sets(low);
+    const bool matches_by_uvs = any_match_uses_option(
         job, "match.uv");  // a match by UVs finds points in the unit square alone
-    if (!by_user && criterion == SetsBy::none && !by_uvs &&
+    if (!is_user_choice && criterion == SetsBy::none && !matches_by_uvs &&
         (job.load_match.empty() ? tiles_show_different_surfaces(low, source, options.match)
                                 : has_saved_match_per_tile(low, job.load_match))) {
       criterion = SetsBy::udim;
     }
   }
-  if (criterion != SetsBy::none) return make_sets(scene, options, criterion, by_user);
+  if (criterion != SetsBy::none) return make_sets(scene, options, criterion, is_user_choice);
   refuse_if(!job.set_sizes.empty(), option("size", "NAME=SIZE") +
                                         " is for texture sets, but LOW has only one: give " +
                                         option("sets", "material") +
@@ -401,8 +402,8 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
   const std::string file = asset_file(run.job);
   BakedLayout sums{.options = options};
   if (low.made && file.empty()) {
-    BakedLayout no_layout;
-    save_low_and_maps({run, high, low, sets}, source, file, nullptr, no_layout, asset, outputs);
+    BakedLayout empty_layout;
+    save_low_and_maps({run, high, low, sets}, source, file, nullptr, empty_layout, asset, outputs);
   }
   LowMesh low_of_set = low;
   low_of_set.mesh.tangents = tangents_of(low.mesh);

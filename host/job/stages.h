@@ -148,7 +148,7 @@ struct BakedLayout {
       sampled_images;  ///< Images of RunHooks::sample, by the name of a map
   /// True if `sampled_images` replace all maps. `result` may then contain one map that exists only because transfers
   /// need the bake of a map; it is not written.
-  bool sampled_images_alone = false;
+  bool has_only_sampled_images = false;
   std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
   std::optional<Reasons> reasons;  ///< Why samples have a match or none; nullopt without --reasons
   /// Files of maps that are written during the bake; `result` has these maps without pixels
@@ -250,7 +250,7 @@ std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh&
 void save_source(const RunContext& run, const Source& source, AtomicFile& file,
                  JobOutputs& outputs);
 /// If HIGH's file is a saved source, makes `source` read the search structure from it. \throws Error(input)
-void offer_saved_tree(const Job& job, const Source& source);
+void attach_saved_tree(const Job& job, const Source& source);
 
 // ---- streaming.cpp ----
 

@@ -70,7 +70,7 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
   constexpr int kHalfMantissaBits = 10, kFloatMantissaBits = 23, kMinHalfExponent = -24;
   const SaveImageOptions& image = scene.run.job.image;
   const ImageFormat format = image.format;
-  const bool is_half = format == ImageFormat::exr_half;
+  const bool is_half_precision = format == ImageFormat::exr_half;
   if (max_magnitude == 0) return;
   const auto warn = [&](const char* code, const std::string& what) {
     scene.run.log.warnings.push_back(
@@ -82,12 +82,12 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
          1});
   };
   const auto number = [](double value) { return formatted("%.3g", value); };
-  if (is_half && max_magnitude >= kMinHalfOverflow) {
+  if (is_half_precision && max_magnitude >= kMinHalfOverflow) {
     return warn("map-overflow",
                 "reaches " + number(double{max_magnitude}) +
                     ", but half precision ends at 65504: larger texels become infinite. ");
   }
-  if (is_half && max_magnitude < kMinNormalHalf) {
+  if (is_half_precision && max_magnitude < kMinNormalHalf) {
     return warn("map-steps", "has values of at most " + number(double{max_magnitude}) +
                                  ", which half precision stores in steps of " +
                                  number(std::exp2(kMinHalfExponent)) + ". ");
@@ -97,8 +97,8 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
                                   return info.kind == map.kind;
                                 });
   if (!stores_positions) return;
-  double precision_step =
-      std::exp2(std::ilogb(max_magnitude) - (is_half ? kHalfMantissaBits : kFloatMantissaBits));
+  double precision_step = std::exp2(std::ilogb(max_magnitude) -
+                                    (is_half_precision ? kHalfMantissaBits : kFloatMantissaBits));
   if (!holds_floats(image)) {
     precision_step = 0;
     for (const auto [low, high] : ranges) {

@@ -26,7 +26,7 @@ namespace {
 constexpr std::uint64_t kBytesOfDeviceBuffers = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerTexel = 32;
 
-LargeFile examine(const std::string& path) {
+LargeFile inspect_file(const std::string& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".ply") {
     PlyLayout layout = ply_layout(path);
@@ -43,7 +43,7 @@ LargeFile examine(const std::string& path) {
   return {};
 }
 
-[[noreturn]] void refuse(const std::string& path, const Message& obstacle) {
+[[noreturn]] void fail_to_stream(const std::string& path, const Message& obstacle) {
   throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
                         " Or raise the " + option("memory_limit") + ".",
                     ErrorCode::usage, "larger-than-memory");
@@ -109,7 +109,7 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 std::shared_ptr<const MeshStream> open_larger_than_memory(
     const std::string& path, const MemoryNeed& memory_need, const StreamedReading& reading,
     const std::function<Message(const LargeFile& high)>& find_obstacle) {
-  const LargeFile layout = examine(path);
+  const LargeFile layout = inspect_file(path);
   if (layout.triangles == 0 ||
       memory_fits(layout.triangles * memory_need.bytes_per_triangle + memory_need.other_bytes)) {
     return nullptr;
@@ -121,7 +121,7 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
   }
   if (!obstacle.empty()) {
     if (memory_fits(layout.triangles * memory_need.min_bytes_per_triangle)) return nullptr;
-    refuse(path, obstacle);
+    fail_to_stream(path, obstacle);
   }
   // At least this much is taken by each triangle of a chunk, with its BVH.
   constexpr std::uint64_t kBytesPerChunkTriangle = 100;
@@ -139,7 +139,7 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
   if (extension != ".obj") return stream_ply(path);
   std::shared_ptr<const MeshStream> obj = stream_obj(path, chunk_folder(), rules);
   obstacle = find_obstacle({obj->triangle_count(), obj->has_normals(), obj->has_pictures(), {}});
-  if (!obstacle.empty()) refuse(path, obstacle);
+  if (!obstacle.empty()) fail_to_stream(path, obstacle);
   return obj;
 }
 

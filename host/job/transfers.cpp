@@ -168,8 +168,9 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
   }
   const auto transparent_count = static_cast<std::uint64_t>(std::count_if(
       high.colors.begin(), high.colors.end(), [](const auto& c) { return c[3] < 255; }));
-  const auto counts_vertices = [](const Material& m) { return m.multiplies; };
-  if (transparent_count != 0 && std::none_of(materials.begin(), materials.end(), counts_vertices)) {
+  const auto multiplies_vertex_colors = [](const Material& m) { return m.multiplies; };
+  if (transparent_count != 0 &&
+      std::none_of(materials.begin(), materials.end(), multiplies_vertex_colors)) {
     warnings.push_back({"opacity-left-out",
                         "HIGH's vertex colours have alpha, which is ignored, since no material "
                         "uses it: add opacity to " +

@@ -28,7 +28,7 @@ void save(const fs::path& file, std::vector<float> texel, std::uint32_t side = 2
 
 TEST(TileName, FindsTokensAndNumbers) {
   const auto token = [](const char* name) {
-    const auto found = TileName::by_token(name);
+    const auto found = TileName::parse_token(name);
     return found ? found->file_of(1012).string() : "none";
   };
   EXPECT_EQ(token("a/u.<UDIM>.png"), "a/u.1012.png");
@@ -38,7 +38,7 @@ TEST(TileName, FindsTokensAndNumbers) {
   EXPECT_EQ(token("u.1001.png"), "none");
   EXPECT_EQ(token("<UDIM>/u.png"), "none");
   const auto number = [](const char* name) {
-    const auto found = TileName::by_number(name);
+    const auto found = TileName::parse_number(name);
     return found ? std::to_string(found->number()) + " " + found->file_of(1002).string() : "none";
   };
   EXPECT_EQ(number("a/u.1001.png"), "1001 a/u.1002.png");

@@ -379,7 +379,7 @@ Request::Request(const Keywords& words, const PyMesh* cage_mesh,
     occluders_.push_back(other.mesh);
     options.occlusion.by_others.push_back(other.mesh.get());
   }
-  share_occluders(options);
+  copy_occluders_to_variants(options);
 }
 
 void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_inwards,

@@ -73,7 +73,7 @@ int create_file(const fs::path& path, unsigned permissions) noexcept {
 int create_unnamed(const fs::path& folder) noexcept {
 #ifdef O_TMPFILE
   const int file = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-  // name_file() needs /proc to assign a name, so a file is only created if /proc is available.
+  // link_unnamed_file() needs /proc to assign a name, so a file is only created if /proc is available.
   if (file < 0 || access(("/proc/self/fd/" + std::to_string(file)).c_str(), F_OK) == 0) return file;
   ::close(file);
 #endif
@@ -97,7 +97,7 @@ int lock_folder(const fs::path& folder, double seconds) noexcept {
 int duplicate(int file) noexcept { return fcntl(file, F_DUPFD_CLOEXEC, 0); }
 void close(int file) noexcept { ::close(file); }
 
-bool name_file(int file, const fs::path& name) noexcept {
+bool link_unnamed_file(int file, const fs::path& name) noexcept {
   const std::string open_file = "/proc/self/fd/" + std::to_string(file);
   return linkat(AT_FDCWD, open_file.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
 }

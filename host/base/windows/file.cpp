@@ -159,7 +159,7 @@ int lock_folder(const fs::path& folder, double seconds) noexcept {
 int duplicate(int file) noexcept { return _dup(file); }
 void close(int file) noexcept { _close(file); }
 
-bool name_file(int /*file*/, const fs::path& /*name*/) noexcept {
+bool link_unnamed_file(int /*file*/, const fs::path& /*name*/) noexcept {
   errno = EINVAL;
   return false;
 }

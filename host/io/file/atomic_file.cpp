@@ -113,7 +113,7 @@ int AtomicFile::create_named() {
 }
 
 // Gives an unnamed file a hidden name.
-void AtomicFile::name_file() {
+void AtomicFile::give_hidden_name() {
   if (is_written_directly_ || !temporary_.empty()) return;
   PendingFile file;
   file.destination = destination_;
@@ -135,7 +135,7 @@ void AtomicFile::close_stream() {
   if (stream_ == nullptr) return;
   errno = 0;
   if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) fail("", errno);
-  name_file();
+  give_hidden_name();
   std::FILE* const stream = std::exchange(stream_, nullptr);
   errno = 0;
   if (std::fclose(stream) != 0) fail("", errno);
@@ -166,7 +166,7 @@ void AtomicFile::commit() {
       if (temporary_.empty()) {
         file.descriptor = os::duplicate(os::descriptor_of_stream(stream_));
         // An unnamed file must stay open, and too many files are open already
-        if (file.descriptor < 0) name_file();
+        if (file.descriptor < 0) give_hidden_name();
       }
       std::FILE* const stream = std::exchange(stream_, nullptr);
       errno = 0;

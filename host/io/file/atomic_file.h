@@ -57,7 +57,7 @@ class AtomicFile {
   void examine_destination();
   void open_stream(int descriptor);
   int create_named();
-  void name_file();
+  void give_hidden_name();
   void begin_flush(int descriptor) const;
   void discard() noexcept;
 

@@ -20,7 +20,9 @@ constexpr std::uint64_t max_unpack_ratio(Packing packing) {
     case Packing::exr_rle:
       return 64;  // 2 packed bytes encode a run of at most 128 bytes
     case Packing::exr_piz:
-      return 454;  // Huffman: one bit for "run", 8 for its length, at most 255 values of 2 bytes
+      // PIZ: a run of at most 255 values of 2 bytes takes a Huffman code of at least one bit, and 8
+      // bits for its length
+      return 454;
     case Packing::exr_pxr24:
       return kMaxDeflateRatio * 4 / 3;  // PXR24 keeps and deflates 3 of a float's 4 bytes
     case Packing::exr_b44:
@@ -35,7 +37,7 @@ constexpr std::uint64_t max_unpack_ratio(Packing packing) {
 
 }  // namespace
 
-std::uint64_t most_unpacked(Packing packing, std::uint64_t packed) {
+std::uint64_t max_unpacked_bytes(Packing packing, std::uint64_t packed) {
   return saturated_product(packed, max_unpack_ratio(packing));
 }
 

@@ -23,7 +23,7 @@ enum class Packing {
 
 /// Upper bound of the unpacked size of `packed` bytes, from the format's definition; at most
 /// 2^64 - 1. The derivations are in the source.
-std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
+std::uint64_t max_unpacked_bytes(Packing packing, std::uint64_t packed);
 
 /// Limits on an image in a file, in addition to those that follow from the file's size.
 struct ImageLimits {

@@ -155,7 +155,7 @@ class InflatingStream final : public ByteStream {
     if (is_stream_ended_) return 0;
     // zlib itself may hold a part of a byte, and 32 KiB in its window.
     const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
-    return most_unpacked(Packing::deflate, left + 64);
+    return max_unpacked_bytes(Packing::deflate, left + 64);
   }
   bool is_exact() const override { return false; }
 

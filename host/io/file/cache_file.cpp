@@ -92,10 +92,10 @@ int CacheFileWriter::open_to_read() const {
 
 void CacheFileWriter::commit() {
   if (temporary_.empty()) {
-    const fs::path own = unique_name();
-    os::remove_file(own.c_str());
-    if (!os::name_file(file_, own)) fail(errno);
-    temporary_ = own;
+    const fs::path hidden_name = unique_name();
+    os::remove_file(hidden_name.c_str());
+    if (!os::link_unnamed_file(file_, hidden_name)) fail(errno);
+    temporary_ = hidden_name;
   }
   if (!os::replace(temporary_, path())) fail(errno);
   temporary_.clear();

@@ -64,16 +64,16 @@ void refuse_broken_link(const std::filesystem::path& folder) {
 /// Creates a folder whose parent exists. \throws Error(output)
 void create_output_folder(const std::filesystem::path& folder) {
   std::error_code error;
-  const bool made = std::filesystem::create_directory(folder, error);
+  const bool is_created = std::filesystem::create_directory(folder, error);
   if (error) {
     throw Error(ErrorCode::output, "The output folder '" + folder.string() +
                                        "' cannot be created (" + error.message() +
                                        "): choose another place.");
   }
-  if (!made) return;  // Another process has created the folder, or the path ends in a slash
-  const std::filesystem::path whole = os::absolute(folder, error);
+  if (!is_created) return;  // Another process has created the folder, or the path ends in a slash
+  const std::filesystem::path absolute_folder = os::absolute(folder, error);
   const std::lock_guard lock(created_mutex);
-  created_folders.push_back(error ? folder : whole);
+  created_folders.push_back(error ? folder : absolute_folder);
   register_created_folder(created_folders.back());
 }
 

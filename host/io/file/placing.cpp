@@ -130,8 +130,8 @@ void remove_leftovers(const fs::path& path) {
   if (!facts || !facts->is_regular || !facts->is_owned_by_user) return;
   const std::string name = path.filename().string();
   const NameState state = state_of_name(name, "tmp");
-  const bool aged = std::time(nullptr) - facts->modified > kWeekSeconds;
-  if (state == NameState::ended || (state == NameState::unknown && aged) ||
+  const bool is_old = std::time(nullptr) - facts->modified > kWeekSeconds;
+  if (state == NameState::ended || (state == NameState::unknown && is_old) ||
       state_of_name(name, "old") != NameState::foreign) {
     os::remove_file(path.c_str());
   }
@@ -315,7 +315,7 @@ void PendingFile::name() {
   if (!temporary.empty()) return;
   for (int attempt = 0;; ++attempt) {
     TemporaryName name(target.parent_path());
-    if (os::name_file(descriptor, name.path())) {
+    if (os::link_unnamed_file(descriptor, name.path())) {
       temporary = std::move(name);
       os::close(std::exchange(descriptor, -1));
       return;
@@ -339,7 +339,8 @@ void place_files(std::vector<PendingFile>& files) {
   PendingFile& file = files.front();
   file.sync();
   const LockedFolder folder(file.target.parent_path());
-  // Completes journals first: later, one of them might replace this file by an older one
+  // Completes the journals before the rename: completed later, one of them might replace this file
+  // by an older one
   complete_journals(file.target.parent_path());
   file.name();
   if (!os::replace(file.temporary.path(), file.target)) {
@@ -362,7 +363,8 @@ void finish_interrupted(const fs::path& folder) noexcept {
     complete_journals(folder);
     lock.sync();
   } catch (...) {
-    // Memory is insufficient. The next process that writes to the folder will complete the journal.
+    // The journal does not fit in memory. The next process that writes to the folder will complete
+    // the journal.
     return;
   }
 }

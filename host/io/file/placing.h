@@ -20,7 +20,8 @@ struct PendingFile {
   std::filesystem::path target;       ///< Absolute path of the destination with links resolved
   TemporaryName temporary;            ///< Empty while the file is unnamed
   int descriptor = -1;                ///< Descriptor of the file while it is unnamed; else -1
-  const void* run = nullptr;          ///< Run that wrote the file; see commit_outputs()
+  /// Identifies the run that wrote the file; see commit_outputs()
+  const void* run = nullptr;
 
   /// Waits until the file's bytes are on the medium.
   /// \throws Error(output)

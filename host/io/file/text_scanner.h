@@ -153,9 +153,9 @@ inline std::optional<double> to_double(std::string_view token) {
   if (status == std::errc::result_out_of_range) {
     const bool is_negative = token[0] == '-';
     const std::size_t exponent = token.find_first_of("eE");
-    const bool tiny = exponent != token.npos ? token.find('-', exponent) != token.npos
-                                             : token[is_negative ? 1 : 0] == '0';
-    const double magnitude = tiny ? 0.0 : std::numeric_limits<double>::infinity();
+    const bool is_below_range = exponent != token.npos ? token.find('-', exponent) != token.npos
+                                                       : token[is_negative ? 1 : 0] == '0';
+    const double magnitude = is_below_range ? 0.0 : std::numeric_limits<double>::infinity();
     return is_negative ? -magnitude : magnitude;
   }
   if (status != std::errc()) return std::nullopt;

@@ -203,12 +203,12 @@ void decode_bc7(const std::uint8_t* block, BlockTexels& texels) {
       second[i] = bits.take(mode.second_index - (i == 0 ? 1 : 0));
   }
   for (std::size_t i = 0; i < 16; ++i) {
-    unsigned of_color = weight_of(mode.index, first[i]), of_alpha = of_color;
-    if (mode.second_index != 0) of_alpha = weight_of(mode.second_index, second[i]);
-    if (swaps_sets) std::swap(of_color, of_alpha);
+    unsigned color_weight = weight_of(mode.index, first[i]), alpha_weight = color_weight;
+    if (mode.second_index != 0) alpha_weight = weight_of(mode.second_index, second[i]);
+    if (swaps_sets) std::swap(color_weight, alpha_weight);
     const std::size_t a = 2 * subset_of(i);
     for (std::size_t c = 0; c < 4; ++c) {
-      const unsigned endpoint_weight = c < 3 ? of_color : of_alpha;
+      const unsigned endpoint_weight = c < 3 ? color_weight : alpha_weight;
       const unsigned value =
           (end[a][c] * (64 - endpoint_weight) + end[a + 1][c] * endpoint_weight + 32) >> 6U;
       texels[i][c] = static_cast<float>(value) / 255;

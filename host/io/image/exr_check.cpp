@@ -34,7 +34,7 @@ std::uint64_t little_endian(const unsigned char* bytes, unsigned count) {
 }
 
 void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits& limits) {
-  const bool framed = part.data.inside(part.display);
+  const bool is_data_in_display = part.data.lies_in(part.display);
   const auto check = [&](const char* field, const ExrBox& box) {
     if (box.pixels() <= limits.pixels) return;
     fail(field,
@@ -43,7 +43,7 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
          "Scale the image down.");
   };
   check("dataWindow", part.data);
-  if (!framed) return;
+  if (!is_data_in_display) return;
   check("displayWindow", part.display);
   if (part.display.pixels() >
       std::max(kMaxEmptyPixels, kMaxDisplayToDataRatio * part.data.pixels())) {
@@ -70,12 +70,12 @@ void check_tiles(const ExrPart& part, const FailWith& fail) {
 /// The pixels that a block of the finest level holds.
 ExrBox block_box(const ExrPart& part, std::uint64_t i) {
   ExrBox box = part.data;
-  const std::uint64_t across = part.tiled ? part.tiles_x() : 1;
+  const std::uint64_t blocks_per_row = part.tiled ? part.tiles_x() : 1;
   const std::uint64_t rows = part.tiled ? part.tile_height : part.block_rows;
-  box.y0 += static_cast<std::int64_t>(i / across * rows);
+  box.y0 += static_cast<std::int64_t>(i / blocks_per_row * rows);
   box.y1 = std::min(box.y1, box.y0 + static_cast<std::int64_t>(rows) - 1);
   if (part.tiled) {
-    box.x0 += static_cast<std::int64_t>(i % across * part.tile_width);
+    box.x0 += static_cast<std::int64_t>(i % blocks_per_row * part.tile_width);
     box.x1 = std::min(box.x1, box.x0 + static_cast<std::int64_t>(part.tile_width) - 1);
   }
   return box;
@@ -122,12 +122,12 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
       fail(place, "the file ends inside (truncated)", kExportAgain);
     }
     const std::uint64_t needed = part.bytes_of(box);
-    if (needed > most_unpacked(part.packing, size)) {
+    if (needed > max_unpacked_bytes(part.packing, size)) {
       fail("dataWindow",
            "it says " + sides_text(part.data) + "; " + place + " of this size takes " +
                std::to_string(needed) + " bytes, but " + std::to_string(size) +
                " bytes are stored, which compression " + part.compression + " expands to at most " +
-               std::to_string(most_unpacked(part.packing, size)),
+               std::to_string(max_unpacked_bytes(part.packing, size)),
            kExportAgain);
     }
     total_bytes += size + head_bytes;

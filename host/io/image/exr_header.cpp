@@ -41,18 +41,18 @@ class Cursor {
     fail_(field, what, "Export or copy the file again.");
     throw Error(ErrorCode::internal, "An OpenEXR error was lost.");
   }
-  [[noreturn]] void fail_short() const {
+  [[noreturn]] void fail_truncated() const {
     fail("header", is_whole_file_ ? "the file ends inside (truncated)" : "it is longer than 1 MiB");
   }
   std::size_t at() const { return at_; }
-  void go_to(std::size_t at) { at_ = at; }
-  std::size_t left() const { return bytes_.size() - at_; }
+  void seek(std::size_t at) { at_ = at; }
+  std::size_t remaining_bytes() const { return bytes_.size() - at_; }
   unsigned byte() {
-    if (left() < 1) fail_short();
+    if (remaining_bytes() < 1) fail_truncated();
     return static_cast<unsigned char>(bytes_[at_++]);
   }
   std::uint32_t word() {
-    if (left() < 4) fail_short();
+    if (remaining_bytes() < 4) fail_truncated();
     std::uint32_t value = 0;
     for (unsigned i = 0; i < 4; ++i) value |= std::uint32_t{byte()} << (8 * i);
     return value;
@@ -60,7 +60,7 @@ class Cursor {
   std::int64_t number() { return static_cast<std::int32_t>(word()); }
   std::string text() {
     const std::size_t end = bytes_.find('\0', at_);
-    if (end == std::string::npos) fail_short();
+    if (end == std::string::npos) fail_truncated();
     std::string result = bytes_.substr(at_, end - at_);
     at_ = end + 1;
     return result;
@@ -184,18 +184,18 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
     check(end - cursor.at() >= 4);
     const std::uint32_t length = cursor.word();
     check(length <= end - cursor.at());
-    cursor.go_to(cursor.at() + length);
+    cursor.seek(cursor.at() + length);
   }
   if (type == "floatvector") check(size % 4 == 0);
   if (type == "chlist") {  // The list of channels ends with an empty name
     for (bool more = true; more;) {
       check(cursor.at() < end);
       more = !cursor.text().empty();
-      if (more) cursor.go_to(std::min(cursor.at() + 16, end + 1));
+      if (more) cursor.seek(std::min(cursor.at() + 16, end + 1));
     }
     check(cursor.at() == end);
   }
-  cursor.go_to(begin);
+  cursor.seek(begin);
 }
 
 /// Reads one header. Returns false for the empty header at the end of the list.
@@ -209,7 +209,7 @@ bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
     if (cursor.starts_with("idmanifest")) manifests.push_back(cursor.at());
     const std::string type = cursor.text();
     const std::uint32_t size = cursor.word();
-    if (size > cursor.left()) cursor.fail_short();
+    if (size > cursor.remaining_bytes()) cursor.fail_truncated();
     const std::size_t end = cursor.at() + size;
     check_size(cursor, name, type, end);
     if (type == "box2i" && name == "dataWindow") part.data = read_box(cursor, name, largest);
@@ -218,7 +218,7 @@ bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
     if (type == "chlist" && name == "channels") part.channels = read_channels(cursor, end);
     if (type == "compression" && name == "compression") read_compression(cursor, part);
     if (type == "string" && name == "type") part.type = cursor.text(size);
-    cursor.go_to(end);
+    cursor.seek(end);
   }
 }
 
@@ -270,15 +270,15 @@ std::uint64_t ExrPart::blocks_of_all_levels() const {
   if (!tiled || level_mode == 0) return blocks();
   const std::uint64_t larger = std::max(data.width(), data.height());
   const bool mip = level_mode == 1;
-  const auto wide = level_sizes(data.width(), mip ? larger : data.width(), round_up);
-  const auto high = level_sizes(data.height(), mip ? larger : data.height(), round_up);
+  const auto widths = level_sizes(data.width(), mip ? larger : data.width(), round_up);
+  const auto heights = level_sizes(data.height(), mip ? larger : data.height(), round_up);
   const auto tiles = [](std::uint64_t size, std::uint64_t tile) {
     return (size + tile - 1) / tile;
   };
   std::uint64_t sum = 0;
-  for (std::size_t y = 0; y < high.size(); ++y) {
-    for (std::size_t x = 0; x < wide.size(); ++x) {
-      if (!mip || x == y) sum += tiles(wide[x], tile_width) * tiles(high[y], tile_height);
+  for (std::size_t y = 0; y < heights.size(); ++y) {
+    for (std::size_t x = 0; x < widths.size(); ++x) {
+      if (!mip || x == y) sum += tiles(widths[x], tile_width) * tiles(heights[y], tile_height);
     }
   }
   return sum;

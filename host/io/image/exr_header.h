@@ -18,7 +18,7 @@ struct ExrBox {
   std::uint64_t width() const { return static_cast<std::uint64_t>(x1 - x0 + 1); }
   std::uint64_t height() const { return static_cast<std::uint64_t>(y1 - y0 + 1); }
   std::uint64_t pixels() const { return width() * height(); }
-  bool inside(const ExrBox& outer) const {
+  bool lies_in(const ExrBox& outer) const {
     return x0 >= outer.x0 && y0 >= outer.y0 && x1 <= outer.x1 && y1 <= outer.y1;
   }
 };
@@ -68,8 +68,9 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
 struct ExrPlan {
   /// Number of OpenEXR's threads. Each has two buffers, which together stay below the image's size
   int threads = 0;
-  std::uint64_t buffers = 0;             ///< Total size of OpenEXR's buffers, in bytes
-  std::vector<std::uint64_t> manifests;  ///< Same as ExrHeaders::manifests
+  std::uint64_t buffers = 0;  ///< Total size of OpenEXR's buffers, in bytes
+  /// Offsets of the type names of ID manifests; see ExrHeaders::manifests
+  std::vector<std::uint64_t> manifests;
 };
 
 /// Checks the headers, and every block of the first part: its bytes must exist, must not overlap

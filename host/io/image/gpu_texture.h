@@ -21,7 +21,8 @@ inline bool is_texture(ImageFormat format) {
 struct TextureFormat {
   std::uint32_t vulkan, dxgi;  ///< VkFormat, DXGI_FORMAT
   std::uint32_t channels;      ///< 1, 2 or 4
-  bool is_srgb, in_blocks;     ///< `in_blocks`: stored as BC4 blocks, 8 bytes per channel
+  /// `in_blocks`: true if each channel is stored in BC4 blocks of 8 bytes
+  bool is_srgb, in_blocks;
 
   /// The format for an image, which depends on its use.
   static TextureFormat of(const Image& image, TextureUse use);

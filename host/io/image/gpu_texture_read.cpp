@@ -85,7 +85,8 @@ const FormatRow kFormats[] = {
     {103, 16, make_number_storage(2, 4, NumberType::sfloat)},
     {106, 6, make_number_storage(3, 4, NumberType::sfloat)},
     {109, 2, make_number_storage(4, 4, NumberType::sfloat)},
-    // Vulkan distinguishes BC1 with alpha and without. The fourth colour is black in both.
+    // Vulkan has codes for BC1 with alpha and without. In both, Kiln reads the fourth colour as
+    // black.
     {131, 0, {BlockFormat::bc1, 0, 0, NumberType::unorm, false, true}},
     {132, 0, {BlockFormat::bc1, 0, 0, NumberType::unorm, false, true}},
     {133, 71, make_block_storage(BlockFormat::bc1)},
@@ -110,15 +111,15 @@ std::optional<TexelStorage> storage_of(std::uint32_t FormatRow::*number, std::ui
   return row == std::end(kFormats) ? std::nullopt : std::optional(row->storage);
 }
 
-std::uint32_t word_at(std::string_view bytes, std::size_t at) {
+std::uint32_t uint32_at(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     value |= std::uint32_t{static_cast<std::uint8_t>(bytes[at + k])} << (8 * k);
   }
   return value;
 }
-std::uint64_t long_at(std::string_view bytes, std::size_t at) {
-  return word_at(bytes, at) | std::uint64_t{word_at(bytes, at + 4)} << 32U;
+std::uint64_t uint64_at(std::string_view bytes, std::size_t at) {
+  return uint32_at(bytes, at) | std::uint64_t{uint32_at(bytes, at + 4)} << 32U;
 }
 std::string size_text(std::uint64_t width, std::uint64_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
@@ -178,21 +179,21 @@ Image decode(const TexelStorage& storage, std::string_view bytes, std::uint32_t 
       }
     });
   } else {
-    const std::size_t across = (std::size_t{width} + kSide - 1) / kSide;
+    const std::size_t blocks_per_row = (std::size_t{width} + kSide - 1) / kSide;
     const std::size_t size = block_bytes(*storage.block);
-    parallel_for((std::size_t{height} + kSide - 1) / kSide, 4,
-                 [&](std::size_t begin, std::size_t end) {
-                   BlockTexels texels;
-                   for (std::size_t block = begin * across; block < end * across; ++block) {
-                     decode_block(*storage.block, from + block * size, texels);
-                     const std::size_t left = block % across * kSide, top = block / across * kSide;
-                     for (std::size_t i = 0; i < texels.size(); ++i) {
-                       const std::size_t x = left + i % kSide, y = top + i / kSide;
-                       if (x < width && y < height)
-                         std::copy_n(texels[i].begin(), channels, image.at(x, y));
-                     }
-                   }
-                 });
+    parallel_for(
+        (std::size_t{height} + kSide - 1) / kSide, 4, [&](std::size_t begin, std::size_t end) {
+          BlockTexels texels;
+          for (std::size_t block = begin * blocks_per_row; block < end * blocks_per_row; ++block) {
+            decode_block(*storage.block, from + block * size, texels);
+            const std::size_t left = block % blocks_per_row * kSide,
+                              top = block / blocks_per_row * kSide;
+            for (std::size_t i = 0; i < texels.size(); ++i) {
+              const std::size_t x = left + i % kSide, y = top + i / kSide;
+              if (x < width && y < height) std::copy_n(texels[i].begin(), channels, image.at(x, y));
+            }
+          }
+        });
   }
   if (channels == 4 && (storage.no_alpha || (storage.block && is_opaque(image)))) {
     drop_ignored_alpha(image);
@@ -215,7 +216,7 @@ void divide_by_alpha(Image& image) {
 std::string_view value_of(std::string_view data, std::string_view key) {
   constexpr std::size_t kAlignment = 4;
   while (data.size() >= 4) {
-    const std::size_t length = word_at(data, 0);
+    const std::size_t length = uint32_at(data, 0);
     if (length > data.size() - 4) return {};
     const std::string_view entry = data.substr(4, length);
     if (const std::size_t end = entry.find('\0'); end == key.size() && entry.starts_with(key)) {
@@ -236,14 +237,15 @@ void apply_swizzle(Image& image, std::string_view letters) {
       letters.find_first_not_of(kLetters) != std::string_view::npos) {
     return;
   }
-  Image flipped_image{image.width, image.height, 4, {}};
-  flipped_image.pixels.reserve(image.pixels.size() / image.channels * 4);
+  Image swizzled_image{image.width, image.height, 4, {}};
+  swizzled_image.pixels.reserve(image.pixels.size() / image.channels * 4);
   for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
     std::array<float, 6> values{0, 0, 0, 1, 0, 1};
     std::copy_n(&image.pixels[i], image.channels, values.begin());
-    for (const char letter : letters) flipped_image.pixels.push_back(values[kLetters.find(letter)]);
+    for (const char letter : letters)
+      swizzled_image.pixels.push_back(values[kLetters.find(letter)]);
   }
-  image = std::move(flipped_image);
+  image = std::move(swizzled_image);
   if (letters[3] == '1') drop_ignored_alpha(image);
 }
 
@@ -277,22 +279,22 @@ struct Ktx2Header {
   std::uint64_t at, packed, size;
 
   explicit Ktx2Header(std::string_view bytes)
-      : format(word_at(bytes, 12)),
-        width(word_at(bytes, 20)),
-        height(std::max(1U, word_at(bytes, 24))),
-        depth(word_at(bytes, 28)),
-        layers(word_at(bytes, 32)),
-        faces(word_at(bytes, 36)),
-        scheme(word_at(bytes, 44)),
-        at(long_at(bytes, kKtx2Header)),
-        packed(long_at(bytes, kKtx2Header + 8)),
-        size(long_at(bytes, kKtx2Header + 16)) {
-    const std::size_t descriptor = word_at(bytes, 48);
+      : format(uint32_at(bytes, 12)),
+        width(uint32_at(bytes, 20)),
+        height(std::max(1U, uint32_at(bytes, 24))),
+        depth(uint32_at(bytes, 28)),
+        layers(uint32_at(bytes, 32)),
+        faces(uint32_at(bytes, 36)),
+        scheme(uint32_at(bytes, 44)),
+        at(uint64_at(bytes, kKtx2Header)),
+        packed(uint64_at(bytes, kKtx2Header + 8)),
+        size(uint64_at(bytes, kKtx2Header + 16)) {
+    const std::size_t descriptor = uint32_at(bytes, 48);
     if (descriptor <= bytes.size() && bytes.size() - descriptor >= 16) {
       model = static_cast<std::uint8_t>(bytes[descriptor + 12]);
       flags = static_cast<std::uint8_t>(bytes[descriptor + 15]);
     }
-    const std::size_t first = word_at(bytes, 56), length = word_at(bytes, 60);
+    const std::size_t first = uint32_at(bytes, 56), length = uint32_at(bytes, 60);
     if (first <= bytes.size() && bytes.size() - first >= length) keys = bytes.substr(first, length);
   }
 
@@ -347,7 +349,7 @@ std::string unpack_level(const ByteSource& source, std::string_view bytes, const
   }
   check(header.size == size);
   if (header.scheme == 3) {
-    check(most_unpacked(Packing::deflate, packed.size()) >= size);
+    check(max_unpacked_bytes(Packing::deflate, packed.size()) >= size);
     std::string level(size, '\0');
     const auto stream = inflating_stream(source, header.at, fail);
     std::size_t have = 0;
@@ -382,7 +384,7 @@ void check_size(std::uint64_t width, std::uint64_t height, const TexelStorage& s
                 const ImageLimits& limits, const FailWith& fail) {
   if (std::min(width, height) < 1 || std::max(width, height) > kLargestImageSide ||
       width * height > limits.pixels) {
-    // This throws the error for too many pixels
+    // Throws: empty_image() checks the same limits, and names the one that is exceeded
     empty_image(width, height, 1, 0, "header", limits, fail);
   }
   require_memory("its " + size_text(width, height) + " pixels", storage.size(width, height),
@@ -409,10 +411,10 @@ std::optional<TexelStorage> stated_storage(const ByteSource& source) {
   constexpr std::size_t kMaxDdsHeaderBytes = 148;
   const std::string head = source.head(kMaxDdsHeaderBytes);
   if (is_ktx2(head) && head.size() >= kKtx2Header) {
-    return storage_of(&FormatRow::vulkan, word_at(head, 12));
+    return storage_of(&FormatRow::vulkan, uint32_at(head, 12));
   }
   if (is_dds(head) && head.size() == kMaxDdsHeaderBytes && head.substr(84, 4) == "DX10") {
-    return storage_of(&FormatRow::dxgi, word_at(head, 128));
+    return storage_of(&FormatRow::dxgi, uint32_at(head, 128));
   }
   return std::nullopt;
 }
@@ -436,8 +438,8 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
     fail("header", "the file is cut short", kExportAgain);
   const Ktx2Header header(bytes);
   std::string remedy;
-  if (const std::string why = header.refusal_reason(remedy); !why.empty())
-    fail("header", why, remedy);
+  if (const std::string reason = header.refusal_reason(remedy); !reason.empty())
+    fail("header", reason, remedy);
   const TexelStorage storage = *storage_of(&FormatRow::vulkan, header.format);
   check_size(header.width, header.height, storage, limits, fail);
   if (header.at > bytes.size() || header.packed > bytes.size() - header.at) {
@@ -530,41 +532,41 @@ std::optional<TexelStorage> storage_of_letters(std::string_view letters, bool& p
 Image parse_dds(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
   // DDS_HEADER and DDS_HEADER_DXT10 of "Programming Guide for DDS".
   constexpr std::size_t kHeader = 128, kDx10Header = 148;
-  constexpr std::uint32_t kAlpha = 0x1, kAlphaAlone = 0x2, kFourCc = 0x4, kRgb = 0x40,
+  constexpr std::uint32_t kAlpha = 0x1, kAlphaOnly = 0x2, kFourCc = 0x4, kRgb = 0x40,
                           kLuminance = 0x20000;
   constexpr std::uint32_t kCubeOrVolume = 0x200 | 0x200000, kTexture2D = 3, kCube = 0x4;
   const FailWith fail = image_failure(file, "DDS");
   const std::string bytes = read_whole(source, fail);
   if (bytes.size() < kHeader) fail("header", "the file is cut short", kExportAgain);
-  const std::uint32_t height = word_at(bytes, 12), width = word_at(bytes, 16);
-  const std::uint32_t flags = word_at(bytes, 80);
-  const std::string four_letters = bytes.substr(84, 4);
+  const std::uint32_t height = uint32_at(bytes, 12), width = uint32_at(bytes, 16);
+  const std::uint32_t flags = uint32_at(bytes, 80);
+  const std::string four_character_code = bytes.substr(84, 4);
   const std::string several_pictures = "it holds several pictures (an array, a cube or a volume)";
-  if ((word_at(bytes, 112) & kCubeOrVolume) != 0)
+  if ((uint32_at(bytes, 112) & kCubeOrVolume) != 0)
     fail("header", several_pictures, "Convert it to PNG.");
   std::size_t at = kHeader;
   bool premultiplied = false;
   std::optional<TexelStorage> storage;
   ChannelMasks channel_masks;
   std::string format;
-  if ((flags & kFourCc) != 0 && four_letters == "DX10") {
+  if ((flags & kFourCc) != 0 && four_character_code == "DX10") {
     if (bytes.size() < kDx10Header) fail("header", "the file is cut short", kExportAgain);
     at = kDx10Header;
     constexpr std::uint32_t kPremultiplied = 2;
-    premultiplied = (word_at(bytes, 144) & 7U) == kPremultiplied;
-    if (word_at(bytes, 132) > kTexture2D || word_at(bytes, 140) > 1 ||
-        (word_at(bytes, 136) & kCube) != 0) {
+    premultiplied = (uint32_at(bytes, 144) & 7U) == kPremultiplied;
+    if (uint32_at(bytes, 132) > kTexture2D || uint32_at(bytes, 140) > 1 ||
+        (uint32_at(bytes, 136) & kCube) != 0) {
       fail("header", several_pictures, "Convert it to PNG.");
     }
-    storage = storage_of(&FormatRow::dxgi, word_at(bytes, 128));
-    format = "DXGI_FORMAT " + std::to_string(word_at(bytes, 128));
+    storage = storage_of(&FormatRow::dxgi, uint32_at(bytes, 128));
+    format = "DXGI_FORMAT " + std::to_string(uint32_at(bytes, 128));
   } else if ((flags & kFourCc) != 0) {
-    storage = storage_of_letters(four_letters, premultiplied);
-    format = "\"" + four_letters + "\"";
-  } else if ((flags & (kRgb | kLuminance | kAlphaAlone)) != 0) {
-    channel_masks.bits = word_at(bytes, 88);
-    for (std::size_t c = 0; c < 3; ++c) channel_masks.of[c] = word_at(bytes, 92 + 4 * c);
-    if ((flags & (kAlpha | kAlphaAlone)) != 0) channel_masks.of[3] = word_at(bytes, 104);
+    storage = storage_of_letters(four_character_code, premultiplied);
+    format = "\"" + four_character_code + "\"";
+  } else if ((flags & (kRgb | kLuminance | kAlphaOnly)) != 0) {
+    channel_masks.bits = uint32_at(bytes, 88);
+    for (std::size_t c = 0; c < 3; ++c) channel_masks.of[c] = uint32_at(bytes, 92 + 4 * c);
+    if ((flags & (kAlpha | kAlphaOnly)) != 0) channel_masks.of[3] = uint32_at(bytes, 104);
     if ((flags & kLuminance) != 0) channel_masks.of[1] = channel_masks.of[2] = 0;
     format = std::to_string(channel_masks.bits) + " bits a pixel";
     storage = make_number_storage(1, channel_masks.bits / 8);

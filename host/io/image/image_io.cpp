@@ -114,7 +114,7 @@ namespace {
 struct ReadableFormat {
   std::string name;
   const char* library;
-  const char* option;  ///< CMake option of the library
+  const char* option;  ///< CMake option that enables the library
   Image (*parse)(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 };
 
@@ -282,8 +282,8 @@ void check_extension(const std::filesystem::path& path, ImageFormat format) {
   }
 }
 
-[[noreturn, maybe_unused]] void fail_without(const char* format, const char* library,
-                                             const char* option) {
+[[noreturn, maybe_unused]] void fail_for_missing_library(const char* format, const char* library,
+                                                         const char* option) {
   throw Error(ErrorCode::usage, std::string(format) +
                                     " cannot be written: this build of Kiln was made without " +
                                     library + ". Choose PNG or OpenEXR, or build with " + option +
@@ -296,7 +296,7 @@ std::vector<std::byte> tiff_of(const Image& image, int bits) {
 #else
   static_cast<void>(image);
   static_cast<void>(bits);
-  fail_without("TIFF", "libtiff", "KILN_TIFF");
+  fail_for_missing_library("TIFF", "libtiff", "KILN_TIFF");
 #endif
 }
 
@@ -307,7 +307,7 @@ std::vector<std::byte> webp_of(const Image& image, bool dither) {
 #else
   static_cast<void>(image);
   static_cast<void>(dither);
-  fail_without("WebP", "libwebp", "KILN_WEBP");
+  fail_for_missing_library("WebP", "libwebp", "KILN_WEBP");
 #endif
 }
 
@@ -423,13 +423,13 @@ std::vector<std::byte> encode_picture(const Image& image, const PictureEncoding&
 #ifdef KILN_HAS_WEBP
       return encode_webp(image, rounded_encoding);
 #else
-      fail_without("WebP", "libwebp", "KILN_WEBP");
+      fail_for_missing_library("WebP", "libwebp", "KILN_WEBP");
 #endif
     case PictureFormat::jpeg:
 #ifdef KILN_HAS_JPEG
       return encode_jpeg(image, rounded_encoding);
 #else
-      fail_without("JPEG", "libjpeg", "KILN_JPEG");
+      fail_for_missing_library("JPEG", "libjpeg", "KILN_JPEG");
 #endif
     case PictureFormat::png:
       break;
@@ -452,9 +452,10 @@ StoredError stored_error(const Image& image, const SaveImageOptions& options,
                 "stored_error(): the coverage and the image have different sizes.");
   }
   const ImageFormat format = options.format;
-  const bool is_8 = format == ImageFormat::png8 || format == ImageFormat::tiff8 ||
-                    format == ImageFormat::tga || format == ImageFormat::webp || is_texture(format);
-  return is_8 ? error_of_stored(image, options, coverage) : StoredError();
+  const bool is_8_bit = format == ImageFormat::png8 || format == ImageFormat::tiff8 ||
+                        format == ImageFormat::tga || format == ImageFormat::webp ||
+                        is_texture(format);
+  return is_8_bit ? error_of_stored(image, options, coverage) : StoredError();
 }
 
 Image load_image(std::span<const std::byte> bytes, std::string_view name) {

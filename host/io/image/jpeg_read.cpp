@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 #include <vector>
-// This header requires <cstdio> before it.
+// jpeglib.h uses FILE and size_t, which <cstdio> must have declared before.
 #include <jerror.h>
 #include <jpeglib.h>
 

@@ -5,7 +5,7 @@
 #include <new>
 #include <string>
 #include <vector>
-// This header requires <cstdio> before it.
+// jpeglib.h uses FILE and size_t, which <cstdio> must have declared before.
 #include <jpeglib.h>
 
 #include "io/image/picture.h"
@@ -40,7 +40,7 @@ struct JpegWriter {
 void ignore_message(j_common_ptr /*info*/) {}
 
 bool write(JpegWriter& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uint32_t height,
-           int channels, int quality, bool halves_colours) {
+           int channels, int quality, bool subsamples_chroma) {
   if (setjmp(jpeg.jump_target)) return false;
   jpeg_create_compress(&jpeg.info);
   jpeg_mem_dest(&jpeg.info, &jpeg.bytes, &jpeg.size);
@@ -54,7 +54,7 @@ bool write(JpegWriter& jpeg, const std::uint8_t* rows, std::uint32_t width, std:
   jpeg.info.dct_method = JDCT_ISLOW;
   jpeg.info.optimize_coding = TRUE;
   jpeg_simple_progression(&jpeg.info);
-  const int chroma_divisor = halves_colours ? 2 : 1;
+  const int chroma_divisor = subsamples_chroma ? 2 : 1;
   jpeg.info.comp_info[0].h_samp_factor = jpeg.info.comp_info[0].v_samp_factor =
       channels == 1 ? 1 : chroma_divisor;
   jpeg_start_compress(&jpeg.info, TRUE);
@@ -83,14 +83,14 @@ std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& en
   const int quality =
       encoding.quality == 0 ? kDefaultJpegQuality : static_cast<int>(encoding.quality);
   // Chroma is only subsampled for colours. In other maps the channels are independent.
-  const bool halves_colours = encoding.use == TextureUse::color && quality < kDefaultJpegQuality;
+  const bool subsamples_chroma = encoding.use == TextureUse::color && quality < kDefaultJpegQuality;
   JpegWriter jpeg;
   jpeg_std_error(&jpeg.errors);
   jpeg.errors.error_exit = stop;
   jpeg.errors.output_message = ignore_message;
   jpeg.info.err = &jpeg.errors;
   if (!write(jpeg, rows.data(), image.width, image.height, image.channels == 1 ? 1 : 3, quality,
-             halves_colours)) {
+             subsamples_chroma)) {
     throw std::bad_alloc();
   }
   const auto* const first = reinterpret_cast<const std::byte*>(jpeg.bytes);

@@ -30,11 +30,11 @@ namespace {
 constexpr std::uint32_t kMaxSampleSide = 16384 * 16;
 constexpr std::uint32_t kMaxSamplesPerTexelSide = 16;
 
-constexpr const char* kMatchKind = "a saved match";
+constexpr const char* kMatchFileKind = "a saved match";
 constexpr const char* kSamplesAttribute = "samples";
-constexpr const char* kSourceTriangles = "sourceTriangles";
-constexpr const char* kSourceHash = "sourceHash";
-constexpr const char* kLowHash = "lowHash";
+constexpr const char* kSourceTrianglesAttribute = "sourceTriangles";
+constexpr const char* kSourceHashAttribute = "sourceHash";
+constexpr const char* kLowHashAttribute = "lowHash";
 
 struct ChannelType {
   const char* name;
@@ -80,7 +80,8 @@ std::uint64_t read_number(const Imf::Header& header, const char* name) {
 
 void read_attributes(const Imf::Header& header, const std::string& file, Match& match) {
   const auto* samples = header.findTypedAttribute<Imf::IntAttribute>(kSamplesAttribute);
-  const auto* triangles = header.findTypedAttribute<Imf::StringAttribute>(kSourceTriangles);
+  const auto* triangles =
+      header.findTypedAttribute<Imf::StringAttribute>(kSourceTrianglesAttribute);
   if (samples == nullptr || triangles == nullptr) {
     fail(file, "it lacks the attributes samples and sourceTriangles");
   }
@@ -95,8 +96,8 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
       match.source_triangles > KILN_NO_TRIANGLE) {
     fail(file, "sourceTriangles is not a valid number of triangles");
   }
-  match.source_hash = read_number(header, kSourceHash);
-  match.low_hash = read_number(header, kLowHash);
+  match.source_hash = read_number(header, kSourceHashAttribute);
+  match.low_hash = read_number(header, kLowHashAttribute);
   if (match.width % match.samples != 0 || match.height % match.samples != 0) {
     fail(file, "its width or height is not a multiple of its samples");
   }
@@ -126,7 +127,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
 
   const std::size_t count = std::size_t{match.width} * match.height;
   require_memory("its " + std::to_string(count) + " samples", kSampleBytes * count + plan.buffers,
-                 memory_failure(image_failure(file, kMatchKind), "dataWindow"));
+                 memory_failure(image_failure(file, kMatchFileKind), "dataWindow"));
   match.triangle.resize(count);
   match.u.resize(count);
   match.v.resize(count);
@@ -153,9 +154,10 @@ void save_match(const Match& match, const std::filesystem::path& path) {
     header.channels().insert(channel.name, Imf::Channel(channel.type));
   }
   header.insert(kSamplesAttribute, Imf::IntAttribute(static_cast<int>(match.samples)));
-  header.insert(kSourceTriangles, Imf::StringAttribute(std::to_string(match.source_triangles)));
-  header.insert(kSourceHash, Imf::StringAttribute(std::to_string(match.source_hash)));
-  header.insert(kLowHash, Imf::StringAttribute(std::to_string(match.low_hash)));
+  header.insert(kSourceTrianglesAttribute,
+                Imf::StringAttribute(std::to_string(match.source_triangles)));
+  header.insert(kSourceHashAttribute, Imf::StringAttribute(std::to_string(match.source_hash)));
+  header.insert(kLowHashAttribute, Imf::StringAttribute(std::to_string(match.low_hash)));
   const std::vector<std::uint32_t> status_values(match.status.begin(), match.status.end());
   write_exr(path, [&](ExrStream& stream) {
     Imf::OutputFile output(stream, header, exr_threads(0));
@@ -166,9 +168,9 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
   // All failures get this remedy, which replaces that of the failed check.
-  const FailWith failure = [inner = image_failure(file, kMatchKind)](const std::string& place,
-                                                                     const std::string& problem,
-                                                                     const Message&) {
+  const FailWith failure = [inner = image_failure(file, kMatchFileKind)](const std::string& place,
+                                                                         const std::string& problem,
+                                                                         const Message&) {
     inner(place, problem, "Save the match again with " + option("save_match()") + ".");
   };
   const ExrPlan plan = check_exr(source, failure, kMaxSampleSide, limits);
@@ -195,7 +197,7 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
 
 Match load_match(const std::filesystem::path& path) {
   const std::string file = path.string();
-  const FailWith failure = image_failure(file, kMatchKind);
+  const FailWith failure = image_failure(file, kMatchFileKind);
   const std::unique_ptr<ByteSource> source = open_file(path, failure);
   try {
     return parse_match(*source, file, {std::uint64_t{kMaxSampleSide} * kMaxSampleSide});

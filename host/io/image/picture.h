@@ -77,7 +77,8 @@ struct TiffGeography {
   std::optional<double> no_data;    ///< GDAL_NODATA
   std::array<double, 2> spacing{};  ///< Distance between columns and between rows; 0: unknown
   bool is_degrees = false;          ///< True if `spacing` is in degrees
-  double top = 0;                   ///< Latitude of the first row's border if is_degrees
+  /// Latitude of the upper border of the first row in degrees; only valid if is_degrees
+  double top = 0;
   unsigned length_unit = 0, height_unit = 0;  ///< EPSG codes of the units; 0: unknown
   /// The number in the file that becomes 1 in the image; 1 if values are not scaled
   double largest = 1;

@@ -112,7 +112,7 @@ class PngRows {
   std::string name_;
   PutBytes put_;
   std::size_t row_bytes_, band_rows_;
-  std::size_t next_row_ = 0;        ///< Number of rows that were put
+  std::size_t next_row_ = 0;        ///< Number of rows that were added so far
   std::vector<std::uint8_t> kept_;  ///< Quantised rows [first_kept_, next_row_)
   std::size_t first_kept_ = 0;
   unsigned long adler_;

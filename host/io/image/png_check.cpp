@@ -126,7 +126,7 @@ void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits
     if (end) break;
     at += length + 12;
   }
-  const std::uint64_t most = most_unpacked(Packing::deflate, data);
+  const std::uint64_t most = max_unpacked_bytes(Packing::deflate, data);
   if (count_raw_bytes(header) > most) {
     fail("IHDR",
          sides_text(header) + " of " + std::to_string(header.bits_per_pixel) + " bits, " +

@@ -252,19 +252,21 @@ void filter_row(int filter, const std::uint8_t* values, const std::uint8_t* abov
   for (std::size_t i = 0; i < size; ++i) {
     const int a = i >= pixel ? values[i - pixel] : 0, b = above[i],
               c = i >= pixel ? above[i - pixel] : 0;
-    int guess = 0;
+    int prediction = 0;
     if (filter == 1) {
-      guess = a;
+      prediction = a;
     } else if (filter == kFilterUp) {
-      guess = b;
+      prediction = b;
     } else if (filter == 3) {
-      guess = (a + b) / 2;
+      prediction = (a + b) / 2;
     } else if (filter == kPaeth) {
-      const int sum = a + b - c, to_a = std::abs(sum - a), to_b = std::abs(sum - b),
-                to_c = std::abs(sum - c);
-      guess = to_a <= to_b && to_a <= to_c ? a : to_b <= to_c ? b : c;
+      const int sum = a + b - c, distance_to_a = std::abs(sum - a),
+                distance_to_b = std::abs(sum - b), distance_to_c = std::abs(sum - c);
+      prediction = distance_to_a <= distance_to_b && distance_to_a <= distance_to_c ? a
+                   : distance_to_b <= distance_to_c                                 ? b
+                                                                                    : c;
     }
-    to[i] = static_cast<std::uint8_t>(values[i] - guess);
+    to[i] = static_cast<std::uint8_t>(values[i] - prediction);
   }
 }
 
@@ -280,15 +282,15 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
   to[0] = static_cast<std::uint8_t>(filter);
   if (filter != kLeastEntropy) return filter_row(filter, values, above, pixel, size, to + 1);
   std::uint64_t best = 0;
-  for (int tried = 0; tried < kFilters; ++tried) {
-    filter_row(tried, values, above, pixel, size, scratch.data());
+  for (int candidate = 0; candidate < kFilters; ++candidate) {
+    filter_row(candidate, values, above, pixel, size, scratch.data());
     std::array<std::uint32_t, 256> counts{};
     for (const std::uint8_t byte : scratch) ++counts[byte];
     std::uint64_t sum = 0;  // Sum of n log2(n); the larger, the lower the entropy
     for (const std::uint32_t count : counts) sum += entropy_term(count);
-    if (tried != 0 && sum <= best) continue;
+    if (candidate != 0 && sum <= best) continue;
     best = sum;
-    to[0] = static_cast<std::uint8_t>(tried);
+    to[0] = static_cast<std::uint8_t>(candidate);
     std::copy(scratch.begin(), scratch.end(), to + 1);
   }
 }
@@ -319,7 +321,7 @@ void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   to.resize(before + size);
 }
 constexpr int kFastLevel = 1, kHighestLevel = 12;
-int level_for(std::size_t bytes) {
+int choose_level(std::size_t bytes) {
   return bytes <= std::size_t{1} << 20 ? 10 : bytes <= std::size_t{1} << 22 ? 8 : 7;
 }
 #else
@@ -338,7 +340,7 @@ void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   deflateEnd(&stream);
 }
 constexpr int kFastLevel = 1, kHighestLevel = 9;
-int level_for(std::size_t /*bytes*/) { return 6; }
+int choose_level(std::size_t /*bytes*/) { return 6; }
 #endif
 
 int choose_filter(const Layout& layout) {
@@ -362,7 +364,7 @@ int choose_filter(const Layout& layout) {
 }
 
 template <typename Put>
-void send_small(const Layout& layout, bool smallest, const std::string& /*name*/, const Put& put) {
+void write_small(const Layout& layout, bool smallest, const std::string& /*name*/, const Put& put) {
   const std::size_t row = layout.row_bytes() + 1, height = layout.image.height;
   const int filter = choose_filter(layout);
   Bytes raw(row * height);
@@ -370,7 +372,7 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
     filter_rows(layout, filter, begin, std::span(raw).subspan(begin * row, (end - begin) * row));
   });
   Bytes data = open_chunk("IDAT");
-  deflate_whole(raw, smallest ? kHighestLevel : level_for(raw.size()), data);
+  deflate_whole(raw, smallest ? kHighestLevel : choose_level(raw.size()), data);
   close_chunk(data);
   put(data);
 }
@@ -525,8 +527,8 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
   if (options.deflate != Deflate::fast &&
       (layout.row_bytes() + 1) * image.height <= kMaxSingleStreamBytes) {
     put_head(shape, options, send);
-    send_small(layout, options.deflate == Deflate::smallest, name,
-               [&](const Bytes& bytes) { put_chunk(bytes, send); });
+    write_small(layout, options.deflate == Deflate::smallest, name,
+                [&](const Bytes& bytes) { put_chunk(bytes, send); });
     put_chunk(chunk("IEND", {}), send);
     return;
   }

@@ -197,7 +197,7 @@ std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
 /// length, the extra bits, and a 0 for its distance.
 struct TokenBits {
   std::uint32_t bits = 0;
-  std::uint32_t count = 0;  // At most 15; for a run, at most 15 + 5 + 1
+  std::uint32_t count = 0;  // Number of bits: at most 15 for a literal, and 15 + 5 + 1 for a run
 };
 
 class BitWriter {
@@ -211,7 +211,7 @@ class BitWriter {
     const std::uint16_t first = 0;
     put({&first, 1}, &one);
   }
-  /// \param token_bits  bits of each kind of token
+  /// \param token_bits  the bits that stand for a token, indexed by the token
   void put(std::span<const std::uint16_t> tokens, const TokenBits* token_bits) {
     // Works on a local copy of the state: the compiler must assume that writing bytes may change
     // members, and would reload these after each write.
@@ -319,8 +319,8 @@ void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room
 }  // namespace
 
 void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::uint8_t>& to) {
-  // All blocks have about the same size, since a short one at the end would hardly be worth its
-  // header.
+  // The data are divided into blocks of about the same size, since a short block at the end would
+  // save fewer bytes than its header takes.
   const std::size_t blocks = std::max<std::size_t>(1, (raw.size() + kBlock / 2) / kBlock);
   const std::size_t block_bytes = (raw.size() + blocks - 1) / blocks;
   const auto tokens = std::make_unique_for_overwrite<std::uint16_t[]>(block_bytes);

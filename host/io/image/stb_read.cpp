@@ -108,21 +108,22 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
          "Export it again, or convert it to PNG or OpenEXR.");
   }
   // BMP: a negative height means rows from the top.
-  const std::uint64_t wide = static_cast<std::uint64_t>(std::abs(std::int64_t{width})),
-                      high = static_cast<std::uint64_t>(std::abs(std::int64_t{height}));
+  const std::uint64_t absolute_width = static_cast<std::uint64_t>(std::abs(std::int64_t{width})),
+                      absolute_height = static_cast<std::uint64_t>(std::abs(std::int64_t{height}));
   // Two bytes encode a run of at most 128 pixels.
-  if (wide * high / 128 > source.size()) {
+  if (absolute_width * absolute_height / 128 > source.size()) {
     fail("header",
-         "it says " + std::to_string(wide) + " x " + std::to_string(high) + " pixels, but its " +
-             std::to_string(source.size()) + " bytes cannot hold them",
+         "it says " + std::to_string(absolute_width) + " x " + std::to_string(absolute_height) +
+             " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
          export_again);
   }
   StbBytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
-  // This checks the size before stb_image allocates its own pixels.
+  // empty_image() checks the size, before stb_image allocates pixels of that size.
   Image image =
-      empty_image(wide, high, static_cast<std::uint32_t>(channels),
-                  wide * high * 4 * (holds_floats ? sizeof(float) : 1), "header", limits, fail);
+      empty_image(absolute_width, absolute_height, static_cast<std::uint32_t>(channels),
+                  absolute_width * absolute_height * 4 * (holds_floats ? sizeof(float) : 1),
+                  "header", limits, fail);
   if (holds_floats) {
     pixels.reset(stbi_loadf_from_callbacks(&kCallbacks, &bytes, &width, &height, &channels, 0));
   } else {

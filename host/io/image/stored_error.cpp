@@ -125,7 +125,7 @@ StoredErrorSums::StoredErrorSums(std::size_t height)
 void StoredErrorSums::add(const Image& rows, std::size_t first_row, const SaveImageOptions& options,
                           const DitherBlocks& dither, const Image& lossy,
                           std::span<const std::uint8_t> coverage) {
-  constexpr std::uint8_t kBaked = 1;  // TexelState::baked
+  constexpr std::uint8_t kBakedState = 1;  // TexelState::baked
   const std::size_t end = first_row + rows.height, first_band = first_row / kBandRows;
   const std::size_t bands = (end + kBandRows - 1) / kBandRows - first_band;
   parallel_for(bands, 4, [&](std::size_t begin, std::size_t stop) {
@@ -137,7 +137,7 @@ void StoredErrorSums::add(const Image& rows, std::size_t first_row, const SaveIm
         if (kBandRows * band + k < first_row || kBandRows * band + k >= end) continue;
         const std::size_t y = kBandRows * band + k - first_row;
         for (std::size_t x = 0; x < rows.width; ++x) {
-          if (!coverage.empty() && coverage[y * rows.width + x] != kBaked) continue;
+          if (!coverage.empty() && coverage[y * rows.width + x] != kBakedState) continue;
           const double error = error_of(rows.at(x, y), rows.channels, stored.at(x, k),
                                         stored.channels(), options.use);
           sum.sum += error;

@@ -66,9 +66,10 @@ struct Tiff {
 tmsize_t on_read(thandle_t user, void* to, tmsize_t count) {
   auto& tiff = *static_cast<Tiff*>(user);
   try {
-    const std::size_t got = tiff.source.read_at(tiff.at, to, static_cast<std::size_t>(count));
-    tiff.at += got;
-    return static_cast<tmsize_t>(got);
+    const std::size_t read_bytes =
+        tiff.source.read_at(tiff.at, to, static_cast<std::size_t>(count));
+    tiff.at += read_bytes;
+    return static_cast<tmsize_t>(read_bytes);
   } catch (...) {
     tiff.error = std::current_exception();
     return -1;
@@ -120,7 +121,7 @@ struct PixelLayout {
   std::uint32_t channels() const { return colour_channels() + (has_alpha ? 1 : 0); }
 };
 
-PixelLayout layout_of(TIFF* file) {
+PixelLayout read_layout(TIFF* file) {
   PixelLayout pixel_layout;
   pixel_layout.width = tag_value<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH);
   pixel_layout.height = tag_value<std::uint32_t>(file, TIFFTAG_IMAGELENGTH);
@@ -155,7 +156,7 @@ PixelLayout layout_of(TIFF* file) {
 /// Refuses pixel formats that would be read wrongly.
 /// \param heights  true: signed numbers are accepted
 void check_kind(const PixelLayout& pixel_layout, bool heights, const FailWith& fail) {
-  const std::string convert_it = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
+  const std::string conversion_remedy = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
   const std::uint16_t colours = pixel_layout.colours;
   if (colours == PHOTOMETRIC_SEPARATED) {
     fail("PhotometricInterpretation", "its colours are CMYK, for printing", "Convert it to RGB.");
@@ -165,7 +166,7 @@ void check_kind(const PixelLayout& pixel_layout, bool heights, const FailWith& f
   if (!grey && !from_jpeg && colours != PHOTOMETRIC_RGB && colours != PHOTOMETRIC_PALETTE) {
     fail("PhotometricInterpretation",
          "its colours are of kind " + std::to_string(colours) + ", which Kiln does not read",
-         convert_it);
+         conversion_remedy);
   }
   const std::uint32_t stored = colours == PHOTOMETRIC_PALETTE ? 1 : pixel_layout.colour_channels();
   if (pixel_layout.samples != stored && !pixel_layout.has_alpha) {
@@ -173,7 +174,7 @@ void check_kind(const PixelLayout& pixel_layout, bool heights, const FailWith& f
          "it has " + std::to_string(pixel_layout.samples) +
              " samples per pixel, and its colour space " + std::to_string(stored) +
              ": only one more, for alpha, is supported",
-         convert_it);
+         conversion_remedy);
   }
   const std::uint16_t bits = pixel_layout.bits;
   const bool numbers =
@@ -211,9 +212,10 @@ std::uint64_t max_unpack_ratio(std::uint16_t packing) {
       return 64;  // 2 bytes encode a run of at most 128 bytes
     case COMPRESSION_ADOBE_DEFLATE:
     case COMPRESSION_DEFLATE:
-      return most_unpacked(Packing::deflate, 1);
+      return max_unpacked_bytes(Packing::deflate, 1);
     case COMPRESSION_LZW:
-      return 4096;  // At best, a code of 12 bits encodes a string as long as the table (LZW)
+      // LZW: at best, a code of 12 bits encodes a string of as many bytes as its table has entries
+      return 4096;
     default:
       return 0;
   }
@@ -301,27 +303,29 @@ bool read_blocks(Tiff& tiff, const PixelLayout& pixel_layout, const ValueReader&
                  Image& image) {
   const bool has_separate_planes = pixel_layout.planes == PLANARCONFIG_SEPARATE;
   const std::uint32_t samples_per_block = has_separate_planes ? 1 : pixel_layout.samples;
-  const tmsize_t most = pixel_layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file);
+  const tmsize_t max_block_bytes =
+      pixel_layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file);
   const tmsize_t row_bytes = pixel_layout.tiled    ? TIFFTileRowSize(tiff.file)
                              : has_separate_planes ? TIFFScanlineSize(tiff.file)
                                                    : TIFFScanlineSize(tiff.file);
-  if (most <= 0 || row_bytes <= 0) return false;
-  std::vector<std::uint8_t> block(static_cast<std::size_t>(most));
+  if (max_block_bytes <= 0 || row_bytes <= 0) return false;
+  std::vector<std::uint8_t> block(static_cast<std::size_t>(max_block_bytes));
   for (std::uint32_t plane = 0; plane < (has_separate_planes ? pixel_layout.samples : 1U);
        ++plane) {
     for (std::uint32_t y = 0; y < image.height; y += pixel_layout.block_height) {
       const std::uint32_t rows = std::min(pixel_layout.block_height, image.height - y);
       for (std::uint32_t x = 0; x < image.width; x += pixel_layout.block_width) {
         const auto sample = static_cast<std::uint16_t>(plane);
-        const tmsize_t wanted = pixel_layout.tiled ? most : static_cast<tmsize_t>(rows) * row_bytes;
-        const tmsize_t got =
+        const tmsize_t wanted_bytes =
+            pixel_layout.tiled ? max_block_bytes : static_cast<tmsize_t>(rows) * row_bytes;
+        const tmsize_t read_bytes =
             pixel_layout.tiled
                 ? TIFFReadEncodedTile(tiff.file, TIFFComputeTile(tiff.file, x, y, 0, sample),
-                                      block.data(), wanted)
+                                      block.data(), wanted_bytes)
                 : TIFFReadEncodedStrip(tiff.file, TIFFComputeStrip(tiff.file, y, sample),
-                                       block.data(), wanted);
+                                       block.data(), wanted_bytes);
         // With some compression methods, libtiff invents missing data and only warns.
-        if (got != wanted || !tiff.warning.empty()) return false;
+        if (read_bytes != wanted_bytes || !tiff.warning.empty()) return false;
         const std::uint32_t columns = std::min(pixel_layout.block_width, image.width - x);
         for (std::uint32_t r = 0; r < rows; ++r) {
           const std::uint8_t* const row = block.data() + static_cast<std::size_t>(row_bytes) * r;
@@ -413,9 +417,10 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
     any = true;
     geography.spacing = {std::abs(scale[0]), std::abs(scale[1])};
   }
-  if (const auto tie = values_of<double>(file, kTiePoint, TIFF_DOUBLE); tie.size() >= 6) {
+  if (const auto tie_point = values_of<double>(file, kTiePoint, TIFF_DOUBLE);
+      tie_point.size() >= 6) {
     any = true;
-    geography.top = tie[4] + tie[1] * geography.spacing[1];
+    geography.top = tie_point[4] + tie_point[1] * geography.spacing[1];
   }
   const auto map = values_of<double>(file, kTransformation, TIFF_DOUBLE);
   if (map.size() >= 16) {  // In a rotated grid, the matrix gives the directions of rows and columns
@@ -453,19 +458,19 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
   const std::string export_again =
       "Export or copy the file again, or convert it to PNG or OpenEXR.";
   Tiff tiff(source);
-  const auto give_up = [&](const std::string& place) {
+  const auto fail_by_libtiff = [&](const std::string& place) {
     if (tiff.error) std::rethrow_exception(tiff.error);
-    const std::string& said = tiff.message.empty() ? tiff.warning : tiff.message;
-    fail(place, said.empty() ? "damaged or cut short" : said, export_again);
+    const std::string& library_message = tiff.message.empty() ? tiff.warning : tiff.message;
+    fail(place, library_message.empty() ? "damaged or cut short" : library_message, export_again);
   };
   open(tiff);
-  if (tiff.file == nullptr) give_up("header");
-  const PixelLayout pixel_layout = layout_of(tiff.file);
+  if (tiff.file == nullptr) fail_by_libtiff("header");
+  const PixelLayout pixel_layout = read_layout(tiff.file);
   check_kind(pixel_layout, geography != nullptr, fail);
-  const bool of_ground = geography != nullptr && read_geography(tiff.file, *geography);
+  const bool has_geography = geography != nullptr && read_geography(tiff.file, *geography);
   const ValueReader values(
       tiff.file, pixel_layout,
-      of_ground || (geography != nullptr && pixel_layout.format == SAMPLEFORMAT_INT));
+      has_geography || (geography != nullptr && pixel_layout.format == SAMPLEFORMAT_INT));
   if (geography != nullptr) geography->largest = values.largest();
   if (values.palette_is_missing()) fail("ColorMap", "it is missing", export_again);
   if (pixel_layout.packing == COMPRESSION_JPEG) {
@@ -497,7 +502,7 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
   Image image = empty_image(pixel_layout.width, pixel_layout.height, pixel_layout.channels(),
                             working, "header", limits, fail);
   tiff.warning.clear();  // Discards warnings about unknown tags
-  if (!read_blocks(tiff, pixel_layout, values, image)) give_up("pixels");
+  if (!read_blocks(tiff, pixel_layout, values, image)) fail_by_libtiff("pixels");
   if (pixel_layout.premultiplied) divide_by_alpha(image);
   return apply_orientation(std::move(image), pixel_layout.orientation);
 }

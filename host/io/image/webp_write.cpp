@@ -17,8 +17,8 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
                                       " pixels a side, not " + std::to_string(image.width) + " x " +
                                       std::to_string(image.height) + ": choose PNG.");
   }
-  constexpr int kEffort = 2;  // Effort of lossless compression, 0 to 9
-  constexpr int kMethod = 4;  // Effort of lossy compression, 0 to 6
+  constexpr int kEffort = 2;       // Effort of lossless compression, 0 to 9
+  constexpr int kLossyEffort = 4;  // Effort of lossy compression, 0 to 6
   const bool is_lossy = encoding.quality != 0;
   std::vector<std::uint8_t> bytes = bytes_of(image, encoding.dither, encoding.use);
   const std::size_t texels = std::size_t{image.width} * image.height;
@@ -38,7 +38,7 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
   }
   webp_config.exact = 1;  // Keeps colours of transparent pixels
   if (is_lossy) {
-    webp_config.method = kMethod;
+    webp_config.method = kLossyEffort;
     // Alpha is stored without loss, since alpha tests depend on it
     webp_config.alpha_quality = 100;
     webp_config.use_sharp_yuv = encoding.use == TextureUse::color ? 0 : 1;

@@ -121,18 +121,18 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
 
 std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFields& fields,
                                        const std::vector<NrrdAxis>& axes) {
-  const bool directed = fields.find("spacedirections") != nullptr;
+  const bool has_directions = fields.find("spacedirections") != nullptr;
   const std::string place = fields.find("sizes")->place();
   std::vector<std::size_t> kept_axes;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const std::string& kind = axes[a].kind;
-    const bool within = kind.empty() || kind == "domain" || kind == "space" || kind == "time" ||
-                        kind == "???" || kind == "none";
+    const bool may_be_spatial = kind.empty() || kind == "domain" || kind == "space" ||
+                                kind == "time" || kind == "???" || kind == "none";
     if (kind == "time" && axes[a].size > 1) {
       input.fail(place, "there are " + std::to_string(axes[a].size) + " time steps",
                  "Save one time step as a volume of three dimensions.");
     }
-    if (within && (!directed || axes[a].has_direction || kind == "time")) {
+    if (may_be_spatial && (!has_directions || axes[a].has_direction || kind == "time")) {
       kept_axes.push_back(a);
     } else if (axes[a].size > 1) {
       input.fail(place,
@@ -141,7 +141,7 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
                  "Save one component as a separate volume.");
     }
   }
-  const auto drop = [&](bool time_only) {
+  const auto drop_axes_of_size_1 = [&](bool time_only) {
     for (std::size_t i = kept_axes.size(); i-- > 0 && kept_axes.size() > 3;) {
       const NrrdAxis& axis = axes[kept_axes[i]];
       if (axis.size == 1 && (!time_only || axis.kind == "time")) {
@@ -149,8 +149,8 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
       }
     }
   };
-  drop(true);
-  drop(false);
+  drop_axes_of_size_1(true);
+  drop_axes_of_size_1(false);
   if (kept_axes.size() > 3) {
     input.fail(place,
                std::to_string(kept_axes.size()) +

@@ -5,7 +5,7 @@ namespace kiln {
 void add_field(const VolumeInput& input, HeaderField field, HeaderFields& fields) {
   if (fields.find(field.key) != nullptr) {
     input.fail("line " + std::to_string(field.line),
-               "field \"" + field.written_name + "\" comes twice", "Remove one of the lines.");
+               "field \"" + field.written_name + "\" occurs twice", "Remove one of the lines.");
   }
   fields.all.push_back(std::move(field));
 }

@@ -72,11 +72,11 @@ VolumeInput make_input(const std::filesystem::path& path, std::vector<Warning>* 
   input.warnings = warnings;
   const FailWith fail = input.fail_with();
   input.open_beside = [path, fail](const std::string& name) {
-    const std::filesystem::path beside = path.parent_path() / name;
-    return open_file(beside, [fail, name, beside](const std::string& place,
-                                                  const std::string& problem,
-                                                  const Message& remedy) {
-      const std::string file = beside.string();
+    const std::filesystem::path path_beside_header = path.parent_path() / name;
+    return open_file(path_beside_header, [fail, name, path_beside_header](
+                                             const std::string& place, const std::string& problem,
+                                             const Message& remedy) {
+      const std::string file = path_beside_header.string();
       fail("data file " + file + (place.empty() ? "" : ", " + place), problem,
            place.empty() ? "Put the file beside the header, or correct its name there." : remedy);
     });
@@ -212,7 +212,7 @@ Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout&
                               std::to_string(layout.size[1]) + " x " +
                               std::to_string(layout.size[2]);
     input.fail("",
-               "the dimensions " + sizes + " of " + name_of(layout.type) + " ask for " +
+               "the dimensions " + sizes + " of " + name_of(layout.type) + " need " +
                    std::to_string(voxels) + " bytes" +
                    (header != 0 ? " after a header of " + std::to_string(header) : "") +
                    ", but the file has " + std::to_string(source->size()),

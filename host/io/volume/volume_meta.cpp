@@ -117,7 +117,7 @@ void place_in_space(const VolumeInput& input, const HeaderFields& fields, std::s
   } else {
     input.warn("missing-spacing", "3 axes have no spacing; it was taken as 1", 3);
   }
-  // In the order of the file, row i of the matrix is the direction of axis i.
+  // The file lists the matrix row by row; row i is the direction of axis i.
   const HeaderField* matrix = first_of(fields, {"transformmatrix", "rotation", "orientation"});
   if (matrix != nullptr) {
     const auto m = numbers(input, *matrix, dims * dims);
@@ -165,7 +165,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields) {
   return place;
 }
 
-/// Applies HeaderSize, which is relative to place.offset.
+/// Applies HeaderSize: the number of bytes to skip, counted from place.offset.
 void skip_header(const VolumeInput& input, const HeaderFields& fields, const ByteSource& data,
                  VoxelPlace& place) {
   const HeaderField* field = fields.find("headersize");

@@ -218,7 +218,7 @@ using Matrix = std::array<std::array<double, 4>, 3>;
 
 /// Method 2 of the standard: a rotation, given as a quaternion without its first component, the
 /// spacings, and the sign of the third axis.
-Matrix qform(const NiftiFields& fields) {
+Matrix qform_axes(const NiftiFields& fields) {
   auto [b, c, d] = fields.quaternion;
   const double squared = b * b + c * c + d * d;
   double a = 1 - squared;
@@ -266,7 +266,7 @@ void place_in_space(const VolumeInput& input, const NiftiFields& fields, Volume&
     unusable("sform");
   }
   if (fields.qform_code > 0) {
-    if (set(qform(fields))) return;
+    if (set(qform_axes(fields))) return;
     unusable("qform");
   }
   volume.origin = {};
@@ -315,12 +315,12 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
   }
   stem.resize(stem.size() - (packed ? 7 : 4));
   // Either both files are compressed or neither is, as nibabel and FSL write them.
-  const auto beside = [&](const char* extension) {
+  const auto path_beside_header = [&](const char* extension) {
     return std::filesystem::path(input.file).parent_path() / (stem + extension);
   };
   for (const char* extension : {".img", ".IMG", ".img.gz"}) {
     std::error_code ignored_error;
-    if (std::filesystem::exists(beside(extension), ignored_error)) {
+    if (std::filesystem::exists(path_beside_header(extension), ignored_error)) {
       return input.open_beside(stem + extension);
     }
   }
@@ -334,7 +334,7 @@ void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
   while (at < begin) {
     const std::size_t got = stream.read(
         skip_buffer.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
-    if (got == 0) break;  // The caller reports missing voxels
+    if (got == 0) break;  // At the end of the file; the caller reports that voxels are missing
     at += got;
   }
 }

@@ -156,7 +156,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, Vox
   return place;
 }
 
-/// Applies `line skip` and `byte skip`, which are relative to place.offset.
+/// Applies `line skip` and `byte skip`, whose lines and bytes are counted from place.offset.
 void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource& data,
           VoxelPlace& place) {
   if (const HeaderField* lines = fields.find("lineskip")) {

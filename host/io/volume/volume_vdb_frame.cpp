@@ -28,16 +28,16 @@ class GridFrame {
   explicit GridFrame(const VolumeInput& input) : input_(input), size_(input.source->size()) {}
 
   std::uint64_t place() const { return place_; }
-  std::uint64_t left() const { return size_ - place_; }
+  std::uint64_t remaining_bytes() const { return size_ - place_; }
 
   [[noreturn]] void fail(const std::string& what) const {
     input_.fail("byte " + std::to_string(place_), "the file is damaged: " + what,
                 "Copy or export the file again.");
   }
   void skip(std::uint64_t bytes, const std::string& what) {
-    if (bytes > left()) {
+    if (bytes > remaining_bytes()) {
       fail(what + " of " + std::to_string(bytes) +
-           " bytes reaches beyond the file's end, which is " + std::to_string(left()) +
+           " bytes reaches beyond the file's end, which is " + std::to_string(remaining_bytes()) +
            " bytes on");
     }
     place_ += bytes;
@@ -56,10 +56,10 @@ class GridFrame {
   std::string text(const std::string& what) {
     const std::uint64_t at = place_;
     const auto length = value<std::uint32_t>("a length");
-    if (length > left()) {
+    if (length > remaining_bytes()) {
       place_ = at;
       fail(what + " claims " + std::to_string(length) + " bytes, but only " +
-           std::to_string(left() - sizeof length) + " are left in the file");
+           std::to_string(remaining_bytes() - sizeof length) + " are left in the file");
     }
     std::string result(length, '\0');
     if (input_.source->read_at(place_, result.data(), length) != length) fail("it cannot be read");
@@ -68,9 +68,9 @@ class GridFrame {
   }
   /// Checks that `count` elements, of at least `least` bytes each, fit in the rest of the file.
   void check_count(std::uint64_t count, std::uint64_t least, const char* what) const {
-    if (count > left() / least) {
-      fail(std::to_string(count) + " " + what + " need more than the " + std::to_string(left()) +
-           " bytes that follow");
+    if (count > remaining_bytes() / least) {
+      fail(std::to_string(count) + " " + what + " need more than the " +
+           std::to_string(remaining_bytes()) + " bytes that follow");
     }
   }
 
@@ -142,7 +142,7 @@ void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, 
 void check_openvdb_frame(const VolumeInput& input) {
   GridFrame frame(input);
   constexpr std::uint64_t kMagic = 0x56444220;
-  if (frame.left() < 8 || frame.value<std::uint64_t>("the magic number") != kMagic) {
+  if (frame.remaining_bytes() < 8 || frame.value<std::uint64_t>("the magic number") != kMagic) {
     input.fail("", "it does not begin as an OpenVDB file does",
                "Give it the extension of its format, or export the grid again.");
   }
@@ -159,7 +159,7 @@ void check_openvdb_frame(const VolumeInput& input) {
   check_metadata(frame);
   const auto grids = frame.value<std::int32_t>("the number of grids");
   if (grids < 0) frame.fail("it claims " + std::to_string(grids) + " grids");
-  // Each grid needs at least two names and three offsets.
+  // A descriptor takes at least 32 bytes: the lengths of two names, and three offsets.
   frame.check_count(static_cast<std::uint64_t>(grids), 32, "grids");
   for (std::int32_t i = 0; i < grids; ++i) {
     const std::string grid = "grid " + std::to_string(i);
@@ -177,11 +177,11 @@ void check_openvdb_frame(const VolumeInput& input) {
       return;
     }
     if (begin < frame.place() || begin > blocks || blocks > end ||
-        end > frame.place() + frame.left()) {
+        end > frame.place() + frame.remaining_bytes()) {
       frame.fail(grid + " is said to lie from byte " + std::to_string(begin) +
                  ", with its blocks from byte " + std::to_string(blocks) + ", to byte " +
                  std::to_string(end) + ", but the file ends at byte " +
-                 std::to_string(frame.place() + frame.left()));
+                 std::to_string(frame.place() + frame.remaining_bytes()));
     }
     frame.go(begin);
     check_grid(frame, version, tree, instance);

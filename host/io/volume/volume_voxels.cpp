@@ -31,11 +31,11 @@ std::uint64_t voxel_count(const Volume& volume) {
   return std::uint64_t{volume.size[0]} * volume.size[1] * volume.size[2];
 }
 
-[[noreturn]] void fail_too_few(const VolumeInput& input, const Volume& volume,
-                               std::uint64_t expected, const std::string& found,
-                               const Message& remedy) {
+[[noreturn]] void fail_for_missing_voxels(const VolumeInput& input, const Volume& volume,
+                                          std::uint64_t expected, const std::string& found,
+                                          const Message& remedy) {
   input.fail("voxels",
-             "the header asks for " + sizes_text(volume) + " = " + std::to_string(expected) +
+             "the header declares " + sizes_text(volume) + " = " + std::to_string(expected) +
                  " bytes, but the file has " + found + " (truncated, or wrong dimensions)",
              remedy);
 }
@@ -67,8 +67,8 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   const std::uint64_t length = source.size() - begin;
   // Each value needs at least a digit and, except for the last, a blank.
   if (length < 2 * count - 1) {
-    fail_too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text",
-                 place.remedy);
+    fail_for_missing_voxels(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text",
+                            place.remedy);
   }
   require_memory("its " + sizes_text(volume), length + count * size_of(volume.type),
                  memory_failure(input.fail_with(), "voxels"));
@@ -82,7 +82,7 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
       const std::string_view token = scan.token();
       if (token.empty()) {
         input.fail("voxels",
-                   "the header asks for " + std::to_string(count) +
+                   "the header declares " + std::to_string(count) +
                        " values as text, but there are " + std::to_string(i) +
                        " (truncated, or wrong dimensions)",
                    place.remedy);
@@ -183,27 +183,28 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                  const Message& remedy, Volume& volume) {
   const std::uint64_t expected_bytes = voxel_count(volume) * size_of(volume.type);
   if (stream.max_remaining() < expected_bytes) {
-    fail_too_few(input, volume, expected_bytes,
-                 (stream.is_exact() ? "" : "at most ") + std::to_string(stream.max_remaining()),
-                 remedy);
+    fail_for_missing_voxels(
+        input, volume, expected_bytes,
+        (stream.is_exact() ? "" : "at most ") + std::to_string(stream.max_remaining()), remedy);
   }
   require_memory("its " + sizes_text(volume), expected_bytes,
                  memory_failure(input.fail_with(), "voxels"));
   // Compressed data may be shorter than declared, so memory for voxels is only allocated as data
   // arrives.
   std::vector<std::byte>& voxels = volume.voxels;
-  std::size_t have = 0;
-  while (have < expected_bytes) {
-    const std::uint64_t likely = std::max<std::uint64_t>(1 << 22, stream.max_remaining() / 128);
+  std::size_t have_bytes = 0;
+  while (have_bytes < expected_bytes) {
+    const std::uint64_t first_step = std::max<std::uint64_t>(1 << 22, stream.max_remaining() / 128);
     const std::uint64_t step =
-        stream.is_exact() ? expected_bytes : std::max<std::uint64_t>(have, likely);
+        stream.is_exact() ? expected_bytes : std::max<std::uint64_t>(have_bytes, first_step);
     const auto next =
-        static_cast<std::size_t>(std::min<std::uint64_t>(expected_bytes, have + step));
+        static_cast<std::size_t>(std::min<std::uint64_t>(expected_bytes, have_bytes + step));
     voxels.reserve(next);
     voxels.resize(next);
-    const std::size_t got = stream.read(voxels.data() + have, next - have);
-    have += got;
-    if (have < next) fail_too_few(input, volume, expected_bytes, std::to_string(have), remedy);
+    const std::size_t got = stream.read(voxels.data() + have_bytes, next - have_bytes);
+    have_bytes += got;
+    if (have_bytes < next)
+      fail_for_missing_voxels(input, volume, expected_bytes, std::to_string(have_bytes), remedy);
   }
   std::uint64_t trailing = stream.is_exact() ? stream.max_remaining() : 0;
   if (!stream.is_exact()) {
@@ -235,7 +236,7 @@ void read_voxels(const VolumeInput& input, const ByteSource& source, const Voxel
     for (std::uint64_t left = place.skip_unpacked; left != 0;) {
       const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(left, skip_buffer.size()));
       const std::size_t got = stream->read(skip_buffer.data(), part);
-      if (got == 0) break;  // The caller reports missing voxels
+      if (got == 0) break;  // At the end of the data; read_voxels() reports that voxels are missing
       left -= got;
     }
     read_voxels(input, *stream, place.order, place.remedy, volume);

@@ -28,7 +28,7 @@ TEST(Bounds, ProductsAreCapped) {
   EXPECT_EQ(saturated_product(std::uint64_t{1} << 32, std::uint64_t{1} << 32), kMost);
   EXPECT_EQ(saturated_product(std::uint64_t{1} << 32, (std::uint64_t{1} << 32) - 1),
             (std::uint64_t{1} << 32) * ((std::uint64_t{1} << 32) - 1));
-  EXPECT_EQ(most_unpacked(Packing::exr_dwa, kMost), kMost);
+  EXPECT_EQ(max_unpacked_bytes(Packing::exr_dwa, kMost), kMost);
 }
 
 // Nothing becomes larger than the bound, and the bound is no larger than it must be.
@@ -37,11 +37,11 @@ TEST(Bounds, DeflateComesNearItsBound) {
   std::vector<Bytef> packed(compressBound(zeros.size()));
   uLongf size = packed.size();
   ASSERT_EQ(compress2(packed.data(), &size, zeros.data(), zeros.size(), 9), Z_OK);
-  EXPECT_GE(most_unpacked(Packing::deflate, size), zeros.size());
-  EXPECT_LE(most_unpacked(Packing::deflate, size), zeros.size() + zeros.size() / 100);
+  EXPECT_GE(max_unpacked_bytes(Packing::deflate, size), zeros.size());
+  EXPECT_LE(max_unpacked_bytes(Packing::deflate, size), zeros.size() + zeros.size() / 100);
 }
 
-TEST(Bounds, PlainBytesHoldThemselves) { EXPECT_EQ(most_unpacked(Packing::none, 325), 325u); }
+TEST(Bounds, PlainBytesHoldThemselves) { EXPECT_EQ(max_unpacked_bytes(Packing::none, 325), 325u); }
 
 TEST(Bounds, MoreThanTheFreeMemoryIsRefused) {
   EXPECT_GT(free_memory(), std::uint64_t{1} << 20);
