@@ -438,7 +438,7 @@ ExpandOptions expand_options(const RunArguments& arguments) {
   expand.allow_outside = arguments.allow_outside;
   expand.allow_own_maps = arguments.allow_own_maps;
   expand.allow_hooks = arguments.allow_hooks;
-  expand.only = arguments.only;
+  expand.selected_names = arguments.only;
   expand.command_line = arguments.options;
   return expand;
 }
