@@ -56,7 +56,7 @@ OptionValue error_value() {
   return value;
 }
 
-/// The value of --min-part: a percentage, or auto.
+/// Makes the value of --min-part: a percentage, or auto.
 OptionValue min_part_value() {
   return value_of<Arguments>(
       "options.min_part", "number", "PERCENT|auto",

@@ -46,11 +46,11 @@ Image draw_coverage(const MappedMesh& dressed, const RenderOptions& options) {
   return draw_with_map(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
 }
 
-/// The factor of light for a value of curvature. \param bend  from -1 (the strongest cavities) to 1 (the strongest
-/// edges)
+/// Computes the factor by which a value of curvature changes the light. \param bend  from -1 (the strongest cavities)
+/// to 1 (the strongest edges)
 float light_factor(float bend) { return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend; }
 
-/// Name of a map's file without the prefix of the mesh's name.
+/// Returns the name of a map's file without the mesh's name and the underscore before it.
 std::string caption_of_map(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
   const std::string mesh_prefix = mesh.name + "_";

@@ -33,7 +33,7 @@ struct LitMaps {
 /// Loads the maps of a lit picture. \throws Error(input)
 LitMaps load_lit_maps(const LitMapFiles& maps);
 
-/// Factors of light for the strongest edges and the strongest cavities.
+/// Factors by which the strongest edges and the strongest cavities change the light.
 constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
 
 /// Applies maps to a lit picture of the mesh from Scene::draw(): multiplies by colours, darkens by occlusion, and by

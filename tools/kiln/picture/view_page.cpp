@@ -238,7 +238,7 @@ std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
     for (std::uint32_t& corner : result.uv_triangles[t]) corner += first_of[material];
   }
   result.other_uvs.clear();
-  result.tangents.clear();  // the file's tangents belong to another UV set
+  result.tangents.clear();  // The tangents in the file belong to another UV set
   return result;
 }
 
