@@ -50,7 +50,7 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
   cli::Run command;
   try {
     command = program.parse({argv + 1, argv + argc});
-    if (!command) return 0;  // --help or --version was handled
+    if (!command) return 0;  // parse() has printed help or the version
   } catch (const UsageError& error) {
     cli::print_line(stderr, "kiln: " + program.explain(error));
     cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for the accepted options.");

@@ -186,7 +186,8 @@ int run(const Arguments& a, const Json& options) {
   for (const char* ending : {".json", ".csv", ".md", "_ao.csv"}) {
     outputs.push_back(fs::path(a.out) / (std::string(kChartName) + ending));
   }
-  for (const std::string& file : plot_files(kChartName)) outputs.push_back(fs::path(a.out) / file);
+  for (const std::string& file : list_plot_files(kChartName))
+    outputs.push_back(fs::path(a.out) / file);
   check_paths({a.meshes.begin(), a.meshes.end()}, outputs);
   return run_chart(a, options, *kind);
 }

@@ -25,7 +25,7 @@ struct RenderArguments {
   ViewArguments view;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
   std::optional<std::uint32_t> frames;
-  Job bake;  // options of the match; flags that were given are in bake.given
+  Job bake;  // Options of the baked map; bake.given holds the flags that were given
   std::uint32_t map_size = 1024;
   bool map_size_given = false;
   NormalMapSpace space = NormalMapSpace::tangent;
@@ -55,10 +55,10 @@ Image join(std::vector<Image> panels);
 void require_pictures(const PictureGeometry& size, std::uint64_t count);
 /// Returns the seven views in which pages and `kiln render` measure angles: the view of the options, and the views from
 /// both directions of each axis.
-std::vector<ViewAngles> measured_views(const RenderOptions& options);
+std::vector<ViewAngles> list_measured_views(const RenderOptions& options);
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map);
-Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);
+Image draw_contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up);
 
 /// Warns if HIGH's normals fit the map better with inverted green: if the error of rendered normals falls by at least

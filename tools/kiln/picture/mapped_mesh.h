@@ -42,8 +42,8 @@ void apply_maps(const MappedMesh& dressed, const LitMaps& maps, const RenderOpti
                 Image& picture);
 
 /// Draws the mesh unlit with each map, and with the map's name as caption. \throws Error(input)
-Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
-                RenderOptions options);
+Image draw_map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
+                     RenderOptions options);
 
 /// Maps on the UVs of a mesh; an empty image means none.
 struct MaterialAtlases {

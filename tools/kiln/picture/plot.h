@@ -36,7 +36,7 @@ Json plot_curve(const std::string& title, const Json& look, const List& list, co
 Json power_of_four_ticks(double least, double most);
 
 /// Returns the names of the files that save_plots() may write.
-std::vector<std::string> plot_files(const std::string& name);
+std::vector<std::string> list_plot_files(const std::string& name);
 
 /// Starts Python in advance, because importing matplotlib takes a third of a second.
 /// \returns nullopt if PATH has no python3
