@@ -21,13 +21,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail_in(const Setting& setting, const Message& problem) {
+[[noreturn]] void fail_at_setting(const Setting& setting, const Message& problem) {
   throw Error(ErrorCode::usage, setting.origin.place() + ": " + setting.key + ": " + problem);
 }
 
-/// True if a path has the extension of a mesh. A pattern with an open ending, such as "crate_low.*", matches meshes
-/// only.
-bool is_mesh_ending(const std::string& path) {
+/// True if a path has the extension of a mesh. Other files do not count as matches of a pattern with an open ending,
+/// such as "crate_low.*".
+bool has_mesh_extension(const std::string& path) {
   constexpr std::array kEndings = {".ply", ".obj", ".stl", ".off", ".gltf",
                                    ".glb", ".fbx", ".dae", ".3ds", ".x"};
   const std::string ending = lower_case(fs::path(path).extension().string());
@@ -52,10 +52,10 @@ std::string canonical_path(const fs::path& path) {
   return (error ? os::absolute_normal(path) : found).generic_string();
 }
 
-/// Paths of the files that a job writes beside its maps. If the output is a folder of maps, the list contains the path
-/// at which the low poly would be written, even if it is not written: the names of the maps begin with the stem of that
-/// path.
-std::vector<std::string> secondary_outputs(const Job& job) {
+/// Returns the paths of the files that a job writes in addition to its maps. If the output is a folder of maps, the
+/// first path is that of the low poly, even if the job does not write it: two jobs with the same path there have maps
+/// of the same names.
+std::vector<std::string> list_secondary_outputs(const Job& job) {
   std::vector<std::string> outputs;
   const std::string file = asset_file(job);
   if (!file.empty()) outputs.push_back(canonical_path(file));
@@ -74,15 +74,15 @@ std::vector<std::string> secondary_outputs(const Job& job) {
 class Expander {
  public:
   Expander(const JobFile& file, const ExpandOptions& options)
-      : file_(file), options_(options), lister_(file.folder) {}
+      : file_(file), options_(options), file_lister_(file.folder) {}
 
   Batch expand() {
-    for (const std::string& pattern : options_.only) only_patterns_.emplace_back(pattern);
+    for (const std::string& pattern : options_.selected_names) only_patterns_.emplace_back(pattern);
     for (std::size_t rule = 0; rule < file_.bakes.size(); ++rule) expand_rule(rule);
     make_names_unique();
     check_outputs();
     check_sidecars();
-    check_next_inputs();
+    check_outputs_are_no_inputs();
     if (!only_patterns_.empty()) select_assets();
     return std::move(batch_);
   }
@@ -90,21 +90,21 @@ class Expander {
  private:
   struct CaptureGroup {
     Captures captures;
-    std::vector<std::string> files;  ///< files that match the first pattern
+    std::vector<std::string> files;  ///< Files that match the first pattern with these captures
   };
 
   std::vector<FileLister::FoundFile> find(const Setting& setting, const PathPattern& pattern,
                                           const Captures& known) {
     std::vector<FileLister::FoundFile> found;
     try {
-      found = lister_.find(pattern, known);
+      found = file_lister_.find(pattern, known);
     } catch (const Error& error) {
       throw Error(error.code(),
                   setting.origin.place() + ": " + setting.key + ": " + error.message());
     }
     if (pattern.has_open_ending()) {
-      std::erase_if(found,
-                    [](const FileLister::FoundFile& file) { return !is_mesh_ending(file.path); });
+      std::erase_if(
+          found, [](const FileLister::FoundFile& file) { return !has_mesh_extension(file.path); });
     }
     return found;
   }
@@ -116,26 +116,28 @@ class Expander {
       const std::string& text = pattern.text();
       const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
       if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
-        fail_in(setting,
-                "'" + word + "' contains '..' after a capture: write the folder's name instead.");
+        fail_at_setting(
+            setting,
+            "'" + word + "' contains '..' after a capture: write the folder's name instead.");
       }
       return pattern;
     } catch (const Error& error) {
       if (std::string_view(error.what()).starts_with(setting.origin.place())) throw;
-      fail_in(setting, error.message());
+      fail_at_setting(setting, error.message());
     }
   }
 
-  /// Rejects files of the same stem in several formats, since they are the same mesh.
+  /// Rejects files whose names differ only in the extension, since they probably hold the same mesh.
   static void check_formats(const Setting& setting, const std::vector<std::string>& files) {
     std::map<std::string, std::string> stems;
     for (const std::string& file : files) {
       const auto [entry, added] =
           stems.try_emplace(fs::path(file).replace_extension().string(), file);
       if (!added) {
-        fail_in(setting, "'" + entry->second + "' and '" + file +
-                             "' are one name in two formats, which would be baked as one mesh: add "
-                             "the extension to the pattern.");
+        fail_at_setting(setting,
+                        "'" + entry->second + "' and '" + file +
+                            "' have the same name in two formats, and would be baked as one mesh: "
+                            "add the extension to the pattern.");
       }
     }
   }
@@ -170,11 +172,11 @@ class Expander {
       groups[place->second].files.push_back(std::move(file.path));
     }
     if (matched_files == 0) {
-      fail_in(first, is_multi_path_pattern(input_pattern)
-                         ? "no file matches '" + input_pattern.text() + "'" + folder_suffix() +
-                               ": check the path."
-                         : "there is no file '" + input_pattern.path({}) + "'" + folder_suffix() +
-                               ": check the path.");
+      fail_at_setting(first, is_multi_path_pattern(input_pattern)
+                                 ? "no file matches '" + input_pattern.text() + "'" +
+                                       describe_folder() + ": check the path."
+                                 : "there is no file '" + input_pattern.path({}) + "'" +
+                                       describe_folder() + ": check the path.");
     }
     std::set<std::string> used_stems;
     for (const CaptureGroup& group : groups) {
@@ -184,11 +186,11 @@ class Expander {
     if (low != nullptr) check_unpaired(*high, skip, used_stems);
   }
 
-  std::string folder_suffix() const {
+  std::string describe_folder() const {
     return file_.folder.empty() ? "" : " below '" + file_.folder.string() + "'";
   }
 
-  /// Warns about high polys without a low poly of that name, which would otherwise be skipped silently.
+  /// Warns about high polys that belong to no low poly, which would otherwise be skipped silently.
   void check_unpaired(const Setting& high, const std::vector<PathPattern>& skip,
                       const std::set<std::string>& used_stems) {
     std::vector<std::string> unpaired;
@@ -204,20 +206,22 @@ class Expander {
     batch_.warnings.push_back({"unpaired-high",
                                high.origin.place() + ": " + std::to_string(unpaired.size()) +
                                    (unpaired.size() == 1 ? " file matches" : " files match") +
-                                   " high but no low, for example '" + unpaired.front() +
-                                   "', so it is not baked: check the names, or add it to skip.",
+                                   " high without a matching low, for example '" +
+                                   unpaired.front() +
+                                   "', and a high poly without a low poly is not baked: check the "
+                                   "names, or add it to skip.",
                                unpaired.size()});
   }
 
-  /// All files of the setting `high` or `low` for the given captures; empty if no file matches. \param problem
-  /// receives the reason in that case
+  /// Finds all files of the setting `high` or `low` for the given captures.
+  /// \param problem  receives the reason if a pattern matches no file
   std::vector<std::string> find_mesh_files(const Setting& setting, const Captures& captures,
                                            std::string& problem) {
     std::vector<std::string> files;
     for (const std::string& word : setting.words) {
       const PathPattern pattern = parse_pattern(setting, word).substitute(captures);
       for (const std::string& name : pattern.captures()) {
-        fail_in(setting, "{" + name + "} is not captured" + describe_captures(captures));
+        fail_at_setting(setting, "{" + name + "} is not captured" + describe_captures(captures));
       }
       std::vector<std::string> matching_files;
       for (FileLister::FoundFile& file : find(setting, pattern, {}))
@@ -237,14 +241,15 @@ class Expander {
     std::string list;
     for (const auto& [name, value] : captures)
       list += (list.empty() ? "; there are {" : ", {") + name + "}";
-    return list.empty() ? ": the first pattern of this [[bake]] has no captures." : list + ".";
+    return list.empty() ? ", because the first pattern of this [[bake]] has no captures."
+                        : list + ".";
   }
 
   /// Merges a layer into the effective settings. Later layers override earlier ones.
   void add_layer(std::map<std::string, Setting>& effective_settings,
                  const OptionLayer& layer) const {
     for (const Setting& setting : layer.settings) {
-      // A setting removes earlier settings that it excludes: --cage and --cage-mesh, for example, exclude each other.
+      // A setting removes settings of earlier layers that exclude it, as --cage and --cage-mesh exclude each other.
       const OptionRow* const row = find_option_row(setting.key);
       for (auto other = effective_settings.begin();
            row != nullptr && other != effective_settings.end();) {
@@ -259,19 +264,20 @@ class Expander {
     }
   }
 
-  /// The path of NAME.kiln.toml beside a mesh, where NAME is its stem or the capture {name}; empty if there is none.
+  /// Finds the sidecar of an asset: the file NAME.kiln.toml beside one of its meshes, where NAME is the mesh's stem or
+  /// the value of the capture {name}. \returns its path; empty if there is none
   std::string find_sidecar_path(const std::vector<std::string>& meshes, const Captures& captures) {
     std::set<std::string> found;
     const auto find_sidecar = [&](const std::string& folder, const std::string& stem) {
       const std::string name = stem + std::string(kSidecarEnding);
-      const std::vector<std::string>& files = lister_.files_of(folder);
+      const std::vector<std::string>& files = file_lister_.files_of(folder);
       if (std::binary_search(files.begin(), files.end(), name))
         found.insert(join_path(folder, name));
     };
     for (const std::string& mesh : meshes) {
       const std::string folder = fs::path(mesh).parent_path().string();
-      // Folders of meshes that are named one by one are not searched for unused sidecars, since the other files in
-      // these folders may belong to other job files.
+      // Only folders that a pattern with captures searches are checked for unused sidecars. Other folders may hold
+      // files of other job files.
       if (!captures.empty()) sidecar_folders_.insert(folder);
       find_sidecar(folder, fs::path(mesh).stem().string());
       if (const auto name = captures.find("name"); name != captures.end())
@@ -317,7 +323,7 @@ class Expander {
       if (const Setting* const skip = layer.find("skip")) {
         if (skip->words != std::vector<std::string>{"true"} &&
             skip->words != std::vector<std::string>{"false"}) {
-          fail_in(*skip, "a sidecar applies to one asset: give true or false.");
+          fail_at_setting(*skip, "a sidecar applies to one asset: give true or false.");
         }
         if (skip->words[0] == "true") return;
       }
@@ -326,7 +332,7 @@ class Expander {
     add_layer(effective_settings, options_.command_line);
     effective_settings.erase("skip");
     std::string name;
-    for (const std::string& capture : capture_order(first)) {
+    for (const std::string& capture : list_captures(first)) {
       const auto value = group.captures.find(capture);
       if (value != group.captures.end() && !value->second.empty())
         name += (name.empty() ? "" : "/") + value->second;
@@ -351,7 +357,7 @@ class Expander {
     }
   }
 
-  static std::vector<std::string> capture_order(const Setting& first) {
+  static std::vector<std::string> list_captures(const Setting& first) {
     return parse_pattern(first, first.words[0]).captures();
   }
 
@@ -369,15 +375,16 @@ class Expander {
       const auto s = effective_settings.find(key);
       if (s == effective_settings.end()) continue;
       if (!options_.allow_hooks) {
-        fail_in(s->second,
-                "the file contains a shell command, which would run with your rights: read it, and "
-                "add --allow-hooks.");
+        fail_at_setting(
+            s->second,
+            "the file contains a shell command, which would run with your rights: read it, and "
+            "add --allow-hooks.");
       }
       asset.*member = s->second.words[0];
     }
   }
 
-  /// Substitutes captures in a path. Wildcards that remain are errors.
+  /// Substitutes captures in a path. \throws Error(usage) if an unknown capture or a wildcard remains
   std::string plain_path(const Setting& setting, const std::string& word,
                          const Captures& captures) const {
     try {
@@ -386,18 +393,19 @@ class Expander {
         std::vector<std::string> known_names;
         for (const auto& [known_name, value] : captures) known_names.push_back(known_name);
         const std::string suggestion = nearest_word(name, known_names);
-        fail_in(setting, "{" + name + "} is not captured" +
-                             (suggestion.empty() ? describe_captures(captures)
-                                                 : "; did you mean {" + suggestion + "}?"));
+        fail_at_setting(setting, "{" + name + "} is not captured" +
+                                     (suggestion.empty() ? describe_captures(captures)
+                                                         : "; did you mean {" + suggestion + "}?"));
       }
       return pattern.path({});
     } catch (const Error& error) {
       if (std::string_view(error.what()).starts_with(setting.origin.place())) throw;
-      fail_in(setting, error.message());
+      fail_at_setting(setting, error.message());
     }
   }
 
-  /// Resolves the paths in an option's values. \returns false if an optional file is missing
+  /// Replaces patterns and captures in the paths of a setting by the files that they stand for.
+  /// \returns false if no path remains, because optional files are missing
   bool resolve_paths(const OptionRow& row, Setting& setting, const Captures& captures) {
     const PathAccess kind = path_access(row);
     if (kind == PathAccess::none) return true;
@@ -412,16 +420,18 @@ class Expander {
                                         : PathPattern();
         if (kind == PathAccess::input && pattern.captures().empty() &&
             is_multi_path_pattern(pattern)) {
-          // An open ending is not limited to meshes here: the option may take pictures or kernel sources.
-          for (const FileLister::FoundFile& file : lister_.find(pattern))
+          // Here a pattern with an open ending matches files of all kinds: the option may take pictures or kernel
+          // sources.
+          for (const FileLister::FoundFile& file : file_lister_.find(pattern))
             substituted_words.push_back(base_path(file.path));
           exists = !substituted_words.empty();
           if (!exists && !setting.optional)
-            fail_in(setting, "no file matches '" + pattern.text() + "'" + folder_suffix() + ".");
+            fail_at_setting(setting,
+                            "no file matches '" + pattern.text() + "'" + describe_folder() + ".");
           if (substituted_words.size() > 1 && !row.value.repeats) {
-            fail_in(setting, "'" + substituted_words[0] + "' and '" + substituted_words[1] +
-                                 "' match '" + pattern.text() +
-                                 "', but this option takes one file.");
+            fail_at_setting(setting, "'" + substituted_words[0] + "' and '" + substituted_words[1] +
+                                         "' match '" + pattern.text() +
+                                         "', but this option takes one file.");
           }
           return exists ? substituted_words[0] : path;
         }
@@ -434,8 +444,9 @@ class Expander {
       if (substituted_words.size() > 1 && row.flag == "--ao-occluders") {
         words.insert(words.end(), substituted_words.begin(), substituted_words.end());
       } else if (substituted_words.size() > 1) {
-        fail_in(setting,
-                "'" + word + "' matches several files, but the option takes one: write its name.");
+        fail_at_setting(
+            setting,
+            "'" + word + "' matches several files, but the option takes one: write its name.");
       } else {
         words.push_back(resolved_word);
       }
@@ -444,13 +455,14 @@ class Expander {
     return !words.empty();
   }
 
-  /// Returns the path by which a file is opened, for a path relative to the job file's folder.
+  /// Converts a path that is relative to the job file's folder to one that opens the file from the current folder.
   std::string base_path(const std::string& path) const {
     if (path.empty() || os::is_absolute(path)) return path;
     return os::normal(file_.folder / path).string();
   }
 
-  /// True for settings of layers that apply to all bakes. Some of these bakes may not use the option.
+  /// True if the setting comes from a layer that applies to all bakes. A bake that does not use the option ignores such
+  /// a setting, instead of reporting an error.
   bool applies_to_all_bakes(const Setting& setting) const {
     const std::string& layer = setting.origin.layer;
     return layer == file_.defaults.name || (file_.profile && layer == file_.profile->name) ||
@@ -473,7 +485,7 @@ class Expander {
       }
       return is_applicable(row, resolve_job(job));
     } catch (const Error&) {
-      return true;  // the later check of the job reports the error
+      return true;  // make_job() reports the error
     }
   }
 
@@ -518,20 +530,22 @@ class Expander {
       try {
         set_option(asset.job, key, setting.words);
       } catch (const Error& error) {
-        fail_in(setting, error.message());
+        fail_at_setting(setting, error.message());
       }
       const bool has_own_maps =
           key == "maps" && !asset.job.own_maps.empty() && !setting.origin.file.empty();
       if (has_own_maps && !options_.allow_own_maps) {
-        fail_in(setting, "the file defines a map of its own ('" + asset.job.own_maps[0] +
-                             "') by code that would run with your rights: read the code, and add "
-                             "--allow-own-maps.");
+        fail_at_setting(setting,
+                        "the file defines a map of its own ('" + asset.job.own_maps[0] +
+                            "') by code that would run with your rights: read the code, and add "
+                            "--allow-own-maps.");
       }
       if (path_access(*row) == PathAccess::output && !setting.origin.file.empty() &&
           !options_.allow_outside && !lies_within(file_.folder, setting.words[0])) {
-        fail_in(setting, "'" + setting.words[0] +
-                             "' lies outside the job file's folder: choose a folder below it, or "
-                             "add --allow-outside.");
+        fail_at_setting(setting,
+                        "'" + setting.words[0] +
+                            "' lies outside the job file's folder: choose a folder below it, or "
+                            "add --allow-outside.");
       }
       asset.settings.push_back(setting);
     }
@@ -552,8 +566,8 @@ class Expander {
     asset.expected_seconds = expected_seconds(asset.job);
   }
 
-  /// Checks options that are nested in values of other options, such as those of a variant. Named files need not exist
-  /// yet, since a hook may create them.
+  /// Checks options that are nested in the values of other options, such as those of a variant. Ignores missing files,
+  /// which a hook may create before the bake.
   static void check_nested_options(const Job& job) {
     try {
       options_of(resolve_job(job));
@@ -562,7 +576,8 @@ class Expander {
     }
   }
 
-  /// Makes names unique, since two [[bake]] rules may capture the same name.
+  /// Replaces names that several assets have, as two [[bake]] tables may capture the same text, by the paths of their
+  /// outputs.
   void make_names_unique() {
     std::map<std::string, std::size_t> counts;
     for (const BatchAsset& asset : batch_.assets) ++counts[asset.name];
@@ -574,7 +589,7 @@ class Expander {
   void check_outputs() {
     std::unordered_map<std::string, const BatchAsset*> writers;
     for (const BatchAsset& asset : batch_.assets) {
-      for (const std::string& output : secondary_outputs(asset.job)) {
+      for (const std::string& output : list_secondary_outputs(asset.job)) {
         const auto [entry, added] = writers.try_emplace(os::name_key(output), &asset);
         if (added || entry->second == &asset) continue;
         const Setting* const out = find_setting(asset, "out");
@@ -617,8 +632,8 @@ class Expander {
     return nullptr;
   }
 
-  /// Rejects outputs that match a pattern of inputs: the next run would bake them.
-  void check_next_inputs() {
+  /// Rejects outputs that match a pattern of inputs, since the next run would read them as inputs.
+  void check_outputs_are_no_inputs() {
     const std::string base =
         canonical_path(file_.folder.empty() ? fs::path(".") : file_.folder) + "/";
     for (const BatchAsset& asset : batch_.assets) {
@@ -629,19 +644,20 @@ class Expander {
         for (const auto& [pattern, skip, rule, setting] : input_patterns_) {
           Captures captures;
           if (!pattern.matches(path, {}, captures) || is_skipped(skip, path)) continue;
-          if (pattern.has_open_ending() && !is_mesh_ending(path)) continue;
-          fail_in(*setting, "'" + path + "', an output of '" + asset.name +
-                                "', matches this pattern, so that the next run would bake it: "
-                                "write to another folder, or add it to skip.");
+          if (pattern.has_open_ending() && !has_mesh_extension(path)) continue;
+          fail_at_setting(*setting,
+                          "'" + path + "', an output of '" + asset.name +
+                              "', matches this pattern, so that the next run would bake it: "
+                              "write to another folder, or add it to skip.");
         }
       }
     }
   }
 
-  /// Warns about sidecars without a mesh of that name, which would otherwise be ignored silently.
+  /// Warns about sidecars that belong to no mesh, which would otherwise be ignored silently.
   void check_sidecars() {
     for (const std::string& folder : sidecar_folders_) {
-      for (const std::string& file : lister_.files_of(folder)) {
+      for (const std::string& file : file_lister_.files_of(folder)) {
         if (!file.ends_with(kSidecarEnding) || file.starts_with('.')) continue;
         const std::string path = join_path(folder, file);
         if (sidecars_.count(path) != 0) continue;
@@ -688,7 +704,7 @@ class Expander {
 
   const JobFile& file_;
   const ExpandOptions& options_;
-  FileLister lister_;
+  FileLister file_lister_;
   std::vector<PathPattern> only_patterns_;
   std::vector<InputPattern> input_patterns_;
   std::set<std::string> sidecars_, sidecar_folders_;
@@ -707,7 +723,7 @@ std::string output_name(const Job& job) {
 }
 
 std::vector<std::string> known_outputs(const Job& job) {
-  std::vector<std::string> outputs = secondary_outputs(job);
+  std::vector<std::string> outputs = list_secondary_outputs(job);
   if (!asset_file(job).empty()) return outputs;
   if (!writes_low(job)) outputs.erase(outputs.begin());
   for (const std::string& map : all_map_names(resolve_job(job))) {
@@ -719,8 +735,8 @@ std::vector<std::string> known_outputs(const Job& job) {
 }
 
 double expected_seconds(const Job& job) {
-  // Cost model, measured on two CPU cores in 2026: a fixed number of seconds per job, and numbers of parsed bytes,
-  // baked map samples and occlusion rays per second.
+  // Cost model, measured on two CPU cores in 2026: each job takes kJobSeconds, plus the time to parse its files, to
+  // compute the samples of its maps and to cast occlusion rays.
   constexpr double kJobSeconds = 0.05, kBytesPerSecond = 4e7, kSamplesPerSecond = 6e6,
                    kRaysPerSecond = 1e7;
   double bytes = 0;

@@ -32,7 +32,7 @@ constexpr std::int64_t kCoarsestTimeResolution =
 constexpr std::size_t kMaxListsPerKey = 64;   // Maximum number of dependency lists per key
 constexpr const char* kMissingFile = "none";  // Stands for the hash of a file that cannot be read
 
-/// Size, times and inode number of a file; empty if there is no file.
+/// Returns the size, the times and the inode number of a file as text; empty if there is no file.
 /// \param proves_unchanged  receives true if an equal state at a later time proves that the file has not changed
 std::string state_of(const fs::path& path, bool& proves_unchanged) {
   const std::optional<os::FileStatus> facts = os::query_file(path);
@@ -40,7 +40,8 @@ std::string state_of(const fs::path& path, bool& proves_unchanged) {
   const auto current_time = std::chrono::duration_cast<std::chrono::nanoseconds>(
                                 std::chrono::system_clock::now().time_since_epoch())
                                 .count();
-  // A file that has just changed, or whose time is in the future, may change again without its time changing.
+  // If a file has changed within the clock's resolution, or its time is in the future, the next change may give it the
+  // same time.
   const std::int64_t last_change = std::max(facts->modified_ns, facts->changed_ns);
   proves_unchanged = facts->changed_ns != 0 && current_time - last_change > kCoarsestTimeResolution;
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
@@ -48,8 +49,8 @@ std::string state_of(const fs::path& path, bool& proves_unchanged) {
          std::to_string(facts->id.file);
 }
 
-/// True if a user-defined map has an #include. The OpenCL compiler reads such files, so InputLog does not see
-/// them.
+/// True if the source of a user-defined map has an #include. The OpenCL compiler reads the included files, so that
+/// InputLog does not register them.
 bool includes_files(const Job& job) {
   for (const std::string& map : job.own_maps) {
     std::ifstream in(map.substr(map.find('=') + 1), std::ios::binary);
@@ -106,7 +107,7 @@ std::string BakeCache::identify(const fs::path& path) {
   return file_hash(path).value_or(kMissingFile);
 }
 
-/// All options of an asset, with paths relative to the job file's folder.
+/// Returns all options of an asset that affect its result, with paths relative to the job file's folder.
 Json BakeCache::portable_options(const BatchAsset& asset) const {
   const Json json = Json::parse(to_json(asset.job));
   Json options = Json::object();
@@ -115,7 +116,7 @@ Json BakeCache::portable_options(const BatchAsset& asset) const {
     return replace_path(*row, word, [&](const std::string& path) { return relative(path); });
   };
   for (const std::string& key : json.keys()) {
-    // These options do not change the result. The device's class is part of the key.
+    // These options do not affect the result: the device's class is part of the key already.
     if (key == "quiet" || key == "device") continue;
     const OptionRow* const row = find_option_row(key);
     const Json& value = json.at(key);
@@ -248,7 +249,7 @@ bool BakeCache::is_file_unchanged(const std::string& path, File& file, bool& ren
   if (state.empty()) return file.hash == kMissingFile;
   if (!file.state.empty() && file.state == state) return true;
   if ((is_output ? identify(name) : current_hash(name)) != file.hash) return false;
-  // The file has a new time but the same contents, so its state is renewed.
+  // The file has a new time but the same contents, so the record gets its new state.
   const std::string new_state = proves_unchanged ? state : "";
   renewed = renewed || new_state != file.state;
   file.state = new_state;

@@ -1,4 +1,4 @@
-// Incremental bakes: records what each result depends on, and detects whether that changed.
+// Incremental bakes: records the dependencies of each result, and detects changes of them.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@
 
 namespace kiln {
 
-/// How the outputs of an asset are obtained, and why.
+/// Whether an asset must be baked, and why.
 struct CacheDecision {
   enum class Kind : unsigned char {
     unchanged,  ///< Inputs, options and outputs have not changed
@@ -27,7 +27,7 @@ struct CacheDecision {
   };
   Kind kind = Kind::bake;
   std::string reason;  ///< Why the asset is not `unchanged`, such as "albedo.png changed"
-  std::vector<std::string> files;  ///< Output files; empty for `bake`
+  std::vector<std::string> files;  ///< Output files of the stored result; empty for `bake`
   Json warnings = Json::array();
   double missed = 0;  ///< Share of missed samples of the stored result
   std::string entry;  ///< Name of the cache entry, for `restored`
@@ -52,42 +52,43 @@ class BakeCache {
   BakeCache(std::filesystem::path folder, std::filesystem::path records,
             std::unique_ptr<CacheStore> store);
 
-  /// Sets the device class, which is part of keys: devices of one class give the same bytes.
+  /// Sets the device class, which is part of all keys. Devices of one class produce the same bytes.
   void set_device(const DeviceInfo& info);
 
-  /// Decides whether an asset must be baked. Rewrites an asset's record only if a file was hashed again.
+  /// Decides whether an asset must be baked. Rewrites the asset's record only if the state of a file has changed, but
+  /// not its contents.
   CacheDecision decide(const BatchAsset& asset);
   /// Writes the outputs of a cache entry to the open OutputSet. \returns false if the entry is missing or damaged
   bool restore(const BatchAsset& asset, CacheDecision& decision);
-  /// Identifies a file's contents by their hash, for InputLog.
+  /// Returns the hash of a file's contents, by which InputLog identifies them.
   static std::string identify(const std::filesystem::path& path);
 
-  /// Stores a result before its outputs are placed, from their temporary files.
+  /// Stores a result from its temporary files, before these are moved to their destinations.
   /// \returns the name of an input that changed during the bake, in which case nothing is stored; otherwise an empty
   ///          text
   std::string store_result(const BatchAsset& asset, const InputLog::Inputs& inputs,
                            const std::vector<PendingOutput>& outputs,
                            const std::vector<std::string>& files, const Json& warnings,
                            double missed);
-  /// Records the state of an asset's outputs after they were placed.
+  /// Records the state of an asset's outputs, after they were moved to their destinations.
   /// \param rehash  true to hash the outputs again, since a hook may have changed them
   void record_outputs(const BatchAsset& asset, bool rehash);
 
-  /// Key for data that is derived from an asset's inputs and outputs, such as its pictures: a hash of the options,
-  /// this program, the contents of the meshes and of `files`, and the kind `what` of the data.
+  /// Computes the key of data that is derived from an asset's inputs and outputs, such as its pictures: a hash of the
+  /// options, this program, the contents of the meshes and of `files`, and `what`, the kind of the data.
   std::string derived_data_key(const BatchAsset& asset, const std::vector<std::string>& files,
                                std::string_view what) const;
   /// Loads the data stored under a key from derived_data_key(); nullopt if there is none.
   std::optional<std::string> get_derived_data(const std::string& key);
   void put_derived_data(const std::string& key, std::string_view text);
 
-  /// Absolute paths of the inputs in an asset's record; empty if there is no record.
+  /// Returns the absolute paths of the inputs in an asset's record; empty if there is no record.
   std::vector<std::string> inputs_of(const BatchAsset& asset);
 
  private:
   struct File {
-    /// Hash of the contents, and state: size, times and inode number; the state is empty if it cannot prove that the
-    /// file is unchanged
+    /// Hash of the file's contents, and its state: size, times and inode number. The state is empty if an equal state
+    /// would not prove that the file is unchanged
     std::string hash, state;
   };
   struct Record {
@@ -113,7 +114,7 @@ class BakeCache {
   std::optional<Record> load(const BatchAsset& asset) const;
   void save(const BatchAsset& asset, const Record& record) const;
   /// Describes the first input that differs from a record; empty if all are equal.
-  /// \param renewed  receives true if a file was hashed again
+  /// \param renewed  receives true if the record has got the new state of a file whose contents are unchanged
   std::string describe_input_change(Record& record, bool& renewed);
   std::string describe_output_change(Record& record, bool& renewed);
   bool is_file_unchanged(const std::string& path, File& file, bool& renewed, bool is_output);
@@ -126,7 +127,7 @@ class BakeCache {
   std::string program_, device_class_;
   std::mutex mutex_;
   std::map<std::string, std::pair<std::string, std::string>>
-      /// States and hashes of files by path; used during this run only
+      /// States and hashes of the files that this run has read, by path
       hashes_;
   std::map<std::string, Record>
       /// Records of results whose outputs have not been moved to their destinations yet

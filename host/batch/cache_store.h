@@ -15,9 +15,9 @@ namespace kiln {
 class CacheStore {
  public:
   virtual ~CacheStore() = default;
-  /// The bytes of an entry; nullopt if it is missing or damaged.
+  /// Returns the bytes of an entry; nullopt if it is missing or damaged.
   std::optional<std::string> get(const std::string& name);
-  /// Stores an entry. \returns false if that fails, which is not an error of the run
+  /// Stores an entry. \returns false if it could not be stored; runs continue without it
   bool put(const std::string& name, std::string_view bytes);
 
  private:
@@ -25,7 +25,8 @@ class CacheStore {
   virtual bool store(const std::string& name, std::string_view bytes) = 0;
 };
 
-/// Stores entries in a folder, which may be on a network file system. Entries appear atomically by renaming.
+/// Stores entries in a folder, which may be on a network file system. Each entry is written to a temporary file, which
+/// is then renamed, so that readers never see a part of an entry.
 class FolderStore : public CacheStore {
  public:
   explicit FolderStore(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -29,8 +29,8 @@ std::string read_bytes(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The map with whose name the stem of a file ends; if there are several, the one with the longest name. Null if there
-/// is none.
+/// Finds the map whose name ends the stem of a file, such as "normal" for "low_normal"; of several, the one with the
+/// longest name. \returns null if there is none
 const MapInfo* find_map_by_stem(const fs::path& file) {
   const std::string stem = file.stem().string();
   const MapInfo* found = nullptr;
@@ -46,7 +46,7 @@ const MapInfo* find_map_by_stem(const fs::path& file) {
   return found;
 }
 
-/// The limit for a map; if it has none, the limit for all maps. Null if there is none either.
+/// Finds the limit for a map; if there is none, the limit for all maps. \returns null if there is none either
 const CheckLimit* find_limit(const CheckRules& rules, const std::string& map,
                              const std::string& measure) {
   const CheckLimit* limit_for_all_maps = nullptr;
@@ -114,7 +114,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   return {};
 }
 
-/// Stem of the `mask` file that belongs to a map's file; empty if the file is not a map.
+/// Returns the stem of the file of the map `mask` that belongs to the file of another map; empty if that is not a map.
 std::string mask_stem(const fs::path& file) {
   const MapInfo* const info = find_map_by_stem(file);
   if (info == nullptr) return {};
@@ -128,7 +128,7 @@ bool is_mask(const fs::path& file) {
   return info != nullptr && info->type == MapType::coverage && info->kind.name == "mask";
 }
 
-/// The mask that was baked with an output; nullopt if there is none.
+/// Loads the map `mask` that was baked with an output; nullopt if there is none.
 std::optional<Image> load_mask_of(const AssetResult& result, const fs::path& output) {
   const std::string name = mask_stem(output);
   for (const std::string& file : result.files) {

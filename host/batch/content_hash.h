@@ -29,7 +29,7 @@ class ContentHash {
     add(std::as_bytes(std::span(&size, 1)));
     add(std::as_bytes(std::span(array)));
   }
-  /// The hash as 32 hexadecimal digits.
+  /// Returns the hash as 32 hexadecimal digits.
   std::string text() const;
 
  private:
@@ -37,9 +37,9 @@ class ContentHash {
   std::unique_ptr<State> state_;
 };
 
-/// Hash of a text.
+/// Hashes a text.
 std::string content_hash(std::string_view text);
-/// Hash of a file's bytes; nullopt if it cannot be read.
+/// Hashes a file's bytes; nullopt if the file cannot be read.
 std::optional<std::string> file_hash(const std::filesystem::path& path);
 
 }  // namespace kiln

@@ -23,14 +23,14 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
-/// Options that apply to the whole run. Only the command line can set them, job files cannot.
+/// Options that apply to the whole run, which only the command line can set.
 constexpr std::array kWholeRunOptions = {"device", "quiet"};
 
 [[noreturn]] void fail_in(const Origin& origin, const std::string& key, const Message& problem) {
   throw Error(ErrorCode::usage, origin.place() + ": " + key + ": " + problem);
 }
 
-/// All keys that a table of a job file may have.
+/// Returns all keys that a table of a job file may have.
 std::vector<std::string> known_keys() {
   std::vector<std::string> keys(kRunKeys.begin(), kRunKeys.end());
   for (const OptionRow& row : bake_rows()) keys.push_back(option_key(row));
@@ -42,7 +42,7 @@ std::string dashes_to_underscores(std::string key) {
   return key;
 }
 
-/// The end of a message about an unknown key: "; did you mean size?", or a list of the known keys.
+/// Returns the end of a message about an unknown key: "; did you mean size?", or a list of the known keys.
 std::string suggest_key(const std::string& word, const std::vector<std::string>& known) {
   const std::string suggestion = nearest_word(word, known);
   if (!suggestion.empty()) return "; did you mean " + suggestion + "?";
@@ -102,13 +102,15 @@ class LayerReader {
     const TomlValue* words = &value;
     if (value.is_table() && value.find("file") != nullptr) {
       check_keys(value, file_, name, {"file", "optional"});
-      // If `cage` in a job file names a file, the setting becomes one of the option `cage_mesh`.
+      // If the value of `cage` names a file, it is stored as a setting of the option `cage_mesh`.
       if (setting.key == "cage") setting.key = "cage_mesh";
       row = find_option_row(setting.key);
       words = value.find("file");
       if (path_access(*row) != PathAccess::input) {
-        fail_in(setting.origin, name,
-                "only input files may be optional, and this is none: give only the value.");
+        fail_in(
+            setting.origin, name,
+            "only input files may be optional, but this option takes no input file: give the value "
+            "without optional.");
       }
       if (const TomlValue* const optional = value.find("optional")) {
         if (optional->kind != TomlValue::Kind::boolean) {

@@ -1,4 +1,4 @@
-// Reads job files: the options of several bakes, in layers.
+// Reads job files, which hold the options of several bakes in layers: defaults, profiles and one layer per [[bake]].
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct Origin {
   std::string file;  ///< Path of the file; empty if the value is not from a file
   std::uint32_t line = 0;
 
-  /// File and line, "job.toml:12"; the layer's name if there is no file.
+  /// Formats the file and the line, such as "job.toml:12"; without a file, the layer's name.
   std::string place() const;
 };
 
@@ -40,11 +40,11 @@ struct OptionLayer {
   std::string name;
   std::vector<Setting> settings;
 
-  /// The setting of a key; null if there is none.
+  /// Finds the setting with a key; null if there is none.
   const Setting* find(std::string_view key) const;
 };
 
-/// A limit in [check]: "normal.mean = 0.5", "missed = 5%".
+/// A limit in the table [check], such as "normal.mean = 0.5" or "missed = 5%".
 struct CheckLimit {
   std::string map;      ///< Name of the map; empty: all maps, or the whole bake
   std::string measure;  ///< Name of the measure: mean, max, outliers or missed
@@ -86,9 +86,9 @@ OptionLayer read_sidecar(const std::filesystem::path& path, const std::string& f
 
 /// True for keys that control the run instead of the job: retries, timeout, before, after, skip, name.
 bool is_run_key(std::string_view key);
-/// The row of the option with a key such as "max_distance"; null if there is none.
+/// Finds the row of the option with a key such as "max_distance"; null if there is none.
 const OptionRow* find_option_row(std::string_view key);
-/// The key of a row: "max_distance".
+/// Returns the key of an option's row, such as "max_distance" for --max-distance.
 std::string option_key(const OptionRow& row);
 
 /// Kind of access to the files or folders that the words of an option name.
@@ -103,10 +103,10 @@ PathAccess path_access(const OptionRow& row);
 std::string replace_path(const OptionRow& row, const std::string& word,
                          const std::function<std::string(const std::string&)>& change);
 
-/// A JSON Schema (2020-12) of job files.
+/// Returns the JSON Schema (2020-12) of job files.
 std::string job_file_schema();
-/// A job file with one bake for a job.
-/// \param json  the job as written by to_json()
+/// Converts a job to the text of a job file with one bake.
+/// \param json  the job, from to_json()
 std::string to_job_file(std::string_view json);
 
 }  // namespace kiln

@@ -22,7 +22,7 @@ constexpr std::size_t kMaxEntries = 2000000;
 constexpr std::size_t kMaxFiles = 200000;  // Maximum number of files that match
 constexpr std::size_t kMaxDepth = 64;      // Maximum depth of nested folders
 
-/// Length in bytes of `[*]` and similar escapes at a position; 0 if there is none.
+/// Returns the length in bytes of the escape, such as `[*]`, that begins at a position; 0 if there is none.
 std::size_t escape_length(std::string_view text, std::size_t position) {
   if (text.size() < position + 3 || text[position] != '[' || text[position + 2] != ']') return 0;
   return std::string_view("*?{}").find(text[position + 1]) == std::string_view::npos ? 0 : 3;
@@ -107,7 +107,7 @@ PathPattern::Tokens PathPattern::tokenize(std::string_view text) {
                            (position == 0 || text[position - 1] == '/');
       tokens.push_back({folders ? Kind::folder_capture : Kind::capture, name});
       position = end + 1;
-      // The slash belongs to the token: if the token matches no folder, there is no slash either.
+      // The slash belongs to the token, so that a token that matches no folder needs no slash in the path.
       if (folders && position < text.size()) ++position;
     } else if (text.substr(position, 3) == "**/" && (position == 0 || text[position - 1] == '/')) {
       tokens.push_back({Kind::any_folders, {}});
@@ -148,7 +148,7 @@ bool PathPattern::is_plain() const {
                      [](const Token& token) { return token.kind == Kind::text; });
 }
 
-/// Compares one path with one pattern by backtracking. Longer texts of wildcards are tried first.
+/// Matches one path with one pattern by backtracking. For each wildcard, the longest text is tried first.
 struct PathPattern::Matcher {
   const Tokens& tokens;
   std::string_view path;
@@ -319,7 +319,7 @@ const FileLister::Folder& FileLister::list_folder(const std::string& path) {
     }
   }
   if (error) {
-    // Ignoring the error would skip the folder's files silently.
+    // If the error were ignored, the folder's files would be skipped silently.
     throw Error(ErrorCode::input, "The folder '" + folder.string() + "' cannot be read (" +
                                       error.message() + "): check its permissions.");
   }
@@ -338,7 +338,7 @@ const std::vector<std::string>& FileLister::files_of(const std::string& folder) 
 void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t max_depth,
                       const PathPattern& pattern, const Captures& known_captures,
                       std::vector<FoundFile>& found) {
-  // A link to a parent folder would recurse without end.
+  // The limit ends the search if a link to a parent folder makes the folders infinitely deep.
   refuse_if(depth > kMaxDepth, "'" + os::join(base_folder_, folder).string() + "' lies more than " +
                                    std::to_string(kMaxDepth) +
                                    " folders deep: check for a link to a parent folder.");

@@ -26,9 +26,9 @@ class PathPattern {
   explicit PathPattern(std::string_view text);
 
   const std::string& text() const { return text_; }
-  /// Names of captures, in the order of the pattern.
+  /// Returns the names of the captures, in the order in which the pattern has them.
   const std::vector<std::string>& captures() const { return captures_; }
-  /// True if the pattern has no captures and matches a single path only.
+  /// True if the pattern has no captures and no wildcards, so that it matches a single path.
   bool is_plain() const;
   /// True if the pattern matches a path.
   /// \param known     required values of captures
@@ -39,9 +39,11 @@ class PathPattern {
   /// True if the pattern selects an asset by its name: it matches the name or one of its parent folders, or the pattern
   /// has no `/` and matches the part of the name after the last `/`, as patterns of .gitignore do.
   bool selects_asset(std::string_view name) const;
-  /// The path that results from the values of all captures. \throws Error(usage) if a capture or wildcard remains
+  /// Substitutes all captures by their values, which must give a path.
+  /// \throws Error(usage) if a capture or wildcard remains
   std::string path(const Captures& captures) const;
-  /// The pattern with known captures substituted. Other captures and wildcards remain.
+  /// Returns the pattern in which the given captures are substituted by their values. Other captures and wildcards
+  /// remain.
   PathPattern substitute(const Captures& captures) const;
   /// True if the last name in the pattern ends in a wildcard, such as "{name}_low.*".
   bool has_open_ending() const;
@@ -66,7 +68,8 @@ class PathPattern {
   static Tokens tokenize(std::string_view text);
 
   std::string text_;
-  std::vector<Tokens> expansions_;  ///< Tokens of the pattern, for each combination of alternatives
+  std::vector<Tokens>
+      expansions_;  ///< The tokens of one pattern for each combination of alternatives in braces
   std::vector<std::string> captures_;
 };
 
@@ -85,11 +88,11 @@ class FileLister {
     std::string path;
     Captures captures;
   };
-  /// All regular files that match, sorted by name. A name that begins with a dot only matches if the name in the
-  /// pattern begins with a dot, too.
+  /// Finds all regular files that match a pattern, sorted by path. A name that begins with a dot only matches if the
+  /// name in the pattern begins with a dot, too.
   /// \throws Error(usage) for too many files, Error(input) for folders that cannot be read
   std::vector<FoundFile> find(const PathPattern& pattern, const Captures& known = {});
-  /// Sorted names of a folder's regular files; empty if there is no such folder.
+  /// Returns the sorted names of a folder's regular files; empty if the folder does not exist.
   const std::vector<std::string>& files_of(const std::string& folder);
 
  private:

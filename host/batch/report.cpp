@@ -25,9 +25,9 @@ constexpr std::size_t kMaxReportBytes = std::size_t{1} << 30;
 struct ChangeWeights {
   static constexpr double kFailed = 1000, kMissedShare = 100, kWarning = 0.1, kPixels = 0.001;
 };
-/// Smallest changes of degrees and of shares that are reported; smaller ones are rounding errors.
+/// Smallest changes of the mean angle in degrees, and of shares, that are reported. Smaller ones are rounding errors.
 constexpr double kMinReportedDegrees = 0.005, kMinReportedShare = 0.0005;
-/// A slower run is reported if the time exceeds the former one by this factor, and is at least kMinSlowSeconds.
+/// A slower bake is reported if it takes more than this factor times the former time, and at least kMinSlowSeconds.
 constexpr double kMinSlowdown = 2, kMinSlowSeconds = 1;
 
 bool is_failure(const Json& asset) {
@@ -334,7 +334,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     throw Error(ErrorCode::usage, formatted("--merge: part %.0f/%.0f is missing: ", part, count) +
                                       "give the reports of all shards.");
   }
-  // Sorts the assets by name, as in a single run, since the assets of shards interleave.
+  // Assets are sorted by name, since those of one shard lie between those of others. A single run has the same order.
   std::vector<Json> sorted = assets.elements();
   std::sort(sorted.begin(), sorted.end(), [](const Json& a, const Json& b) {
     return a.at("asset").text() < b.at("asset").text();

@@ -1,4 +1,4 @@
-// Reports of runs as JSON with a schema; merging of several reports, and comparison with a baseline.
+// Writes reports of runs as JSON, reads and merges them, and compares a report with a former one, the baseline.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct ReportHead {
 /// Builds the report that `kiln run --json FILE` writes.
 Json report_of(const ReportHead& head, const Batch& batch, const std::vector<AssetResult>& results);
 
-/// A JSON Schema (2020-12) of report_of(), including the members that pages add.
+/// Returns the JSON Schema (2020-12) of the reports of report_of(), with the members that pages add.
 std::string report_schema();
 
 /// Markers before and after the report in a page. The report is JSON with escaped "<".
@@ -35,7 +35,8 @@ inline constexpr std::string_view kReportEnd = "</script>";
 std::string report_in_page(const Json& report);
 
 /// Reads a report from a file of --json, or from a page of --report.
-/// \param what  start of messages: "--baseline 'old.json'" \throws Error(input)
+/// \param what  start of messages, such as "--baseline 'old.json'"
+/// \throws Error(input)
 Json read_report(const std::filesystem::path& path, const std::string& what);
 
 /// Merges the reports of all shards of a run.
@@ -44,12 +45,12 @@ Json read_report(const std::filesystem::path& path, const std::string& what);
 ///         missing
 Json merge_reports(const std::vector<Json>& reports, const std::vector<std::string>& names);
 
-/// Adds to each asset how it differs from a former report: "baseline" with `state` (same, changed, new), `what`
-/// (sentences) and `worse` (positive: worse, negative: better). The report's "gone" lists the assets that only the
-/// former report has.
+/// Compares a report with a former one. Adds "baseline" to each asset: `state` (same, changed or new), `what` (one
+/// sentence per difference) and `worse` (a number, positive if the asset is worse than before, negative if better).
+/// Adds "gone" to the report, a list of the assets that only the former report has.
 void add_baseline(Json& report, const Json& former);
 
-/// Number of assets in each state.
+/// Counts the assets in each state.
 Json count_states(const Json& assets);
 
 /// Encodes bytes as base64 (RFC 4648).

@@ -32,8 +32,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Estimated memory of a bake in bytes, from sizes of files and maps. It limits concurrency, so it is an upper bound
-/// rather than a mean.
+/// Estimates the memory of a bake in bytes from the sizes of files and maps. The estimate limits the number of
+/// concurrent bakes, so it is rather too high than too low.
 std::uint64_t expected_bytes(const Job& job) {
   constexpr std::uint64_t kBaseBytes = std::uint64_t{32} << 20, kBytesPerFileByte = 8,
                           kBytesPerSample = 96, kBytesPerMapTexel = 24;
@@ -51,8 +51,8 @@ std::uint64_t expected_bytes(const Job& job) {
                            kBytesPerMapTexel * std::max<std::uint64_t>(1, maps));
 }
 
-/// The reason why a job's outputs cannot be written: an output file or its folder is write-protected. Empty if they
-/// can. Called before the bake, which may take hours.
+/// Finds out before the bake, which may take hours, whether an output file or its folder is write-protected.
+/// \returns the reason why the outputs cannot be written; empty if they can
 std::string unwritable_output(const Job& job) {
   for (const std::string& output : known_outputs(job)) {
     if (is_write_protected(output))
@@ -118,7 +118,7 @@ class BatchRun {
       try {
         report_result(i);
       } catch (...) {
-        // A callback failed, so results can no longer be reported. The run ends.
+        // A callback has thrown an exception, so that results can no longer be reported. The run ends.
         const std::lock_guard lock(mutex_);
         if (!callback_error_) callback_error_ = std::current_exception();
         next_index_ = assets_.size();
@@ -133,8 +133,9 @@ class BatchRun {
     if (next_index_ == assets_.size() || interrupted()) return false;
     i = next_index_++;
     bytes = expected_bytes(assets_[i].job);
-    // Running bakes have already allocated a part of their estimated memory. That part is counted twice, so fewer bakes
-    // run at once than memory would allow. A bake that waits to run alone goes first.
+    // The free memory already excludes what running bakes have allocated, and their whole estimates are subtracted from
+    // it. So this counts a part of their memory twice, and runs fewer bakes at once than memory would allow. A bake
+    // that waits to run alone has priority.
     while (waiting_to_run_alone_ > 0 || (running_ > 0 && running_bytes_ + bytes > memory_left())) {
       bake_finished_.wait_for(lock, std::chrono::milliseconds(50));
       if (interrupted()) return false;
@@ -151,7 +152,7 @@ class BatchRun {
     bake_finished_.notify_all();
   }
 
-  /// True if the cause of an error may be a lack of memory due to concurrent bakes.
+  /// True if an error may be due to a lack of memory, because several bakes ran at once.
   bool may_lack_memory(const AssetResult& result) const {
     return concurrency_ > 1 && result.state == AssetState::failed &&
            result.error_code == static_cast<int>(ErrorCode::internal) &&
@@ -227,7 +228,7 @@ class BatchRun {
 
   /// Runs the checks of an asset, and sets its state to failed if one of them finds a problem.
   void run_checks(const BatchAsset& asset, AssetResult& result) const {
-    // Files that checks read must not count as inputs of concurrent bakes.
+    // Checks read files with another InputLog, so that these do not count as inputs of bakes.
     InputLog no_log([](const fs::path&) { return std::string(); });
     const InputLogScope scope(&no_log);
     std::vector<std::string> problems;
@@ -247,7 +248,7 @@ class BatchRun {
     result.error += ".";
   }
 
-  /// Share of missed samples in a report, over all texture sets.
+  /// Computes the share of missed samples in a bake's report, over all texture sets.
   static double missed_share(const Json& report) {
     double missed = 0, samples = 0;
     const auto add = [&](const Json& texels) {
@@ -303,7 +304,7 @@ class BatchRun {
       return options_.cache == nullptr ? std::string() : BakeCache::identify(path);
     });
     const InputLogScope scope(&log);
-    // Discards outputs that were not moved to their destinations, also on exceptions.
+    // Deletes outputs that were not moved to their destinations, even if an exception is thrown.
     struct Discard {
       const InputLog& log;
       ~Discard() { discard_outputs(log); }
@@ -366,7 +367,7 @@ class BatchRun {
   /// \returns true if the asset need not be baked
   bool take_from_cache(const BatchAsset& asset, const InputLog& log, const std::string& unwritable,
                        const Stopwatch& watch, AssetResult& result) {
-    device();  // the device must be open, since its class is part of the cache's keys
+    device();  // Opens the device, whose class is part of the cache's keys
     if (options_.rebake) {
       result.reason = "--rebake was given";
       return false;

@@ -18,7 +18,7 @@ enum class AssetState : std::uint8_t {
   baked,
   unchanged,  ///< The outputs are up to date
   restored,   ///< The files were copied from the cache
-  /// The bake failed, and no files were written; or the asset exceeded a limit, and its files were written
+  /// Either the bake failed, and no files were written; or the files were written, but exceed a limit of [check]
   failed,
   cancelled,  ///< The run was interrupted
 };
@@ -32,12 +32,12 @@ struct AssetResult {
   unsigned attempts = 0;
   std::string error;     ///< The error message of a failed asset
   std::string error_id;  ///< Error::id() of a failed asset
-  int error_code = 0;    ///< ErrorCode of a failed asset; 1: a limit was exceeded
+  int error_code = 0;    ///< ErrorCode of a failed asset; 1 if its outputs exceed a limit
   std::vector<std::string> files;
   std::vector<Warning> causes;
   Json warnings = Json::array();
   double missed = 0;   ///< Share of missed samples, 0 to 1
-  std::string reason;  ///< Why the asset was baked or restored
+  std::string reason;  ///< Reason why the asset was baked or restored, instead of being unchanged
   std::string report;  ///< JSON report of the bake, as from `kiln bake --json`; empty: none
 };
 
@@ -49,15 +49,15 @@ struct RunBatchOptions {
   bool rebake = false;
   /// Number of concurrent bakes; 0: two if there are two threads, but fewer if memory is short
   unsigned concurrent_bakes = 0;
-  /// Polled during the run, and cancels it by returning true; may be empty
+  /// Function that the run polls; if it returns true, the run is cancelled. May be empty
   std::function<bool()> interrupted;
   /// Runs a shell command with `input` on its standard input.
   /// \param output  receives the command's output
   /// \returns the command's exit code
   std::function<int(const std::string& command, const std::string& input, std::string& output)>
       run_command;
-  /// Checks an asset that was baked, unchanged or restored, and returns its problems; with one or more, the asset
-  /// fails. Called concurrently. May be empty
+  /// Checks an asset that was baked, unchanged or restored. The asset fails if the returned list of problems is not
+  /// empty. Called concurrently. May be empty
   std::function<std::vector<std::string>(const BatchAsset&, const AssetResult&)> check;
   /// Called after each asset, from one thread at a time. May be empty.
   std::function<void(const BatchAsset&, const AssetResult&)> on_result;

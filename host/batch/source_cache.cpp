@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Hash of all data of a mesh, so that any difference gives another key.
+/// Hashes all data of a mesh, so that different meshes have different keys.
 std::string key_of(const Mesh& mesh, RayTraversal traversal) {
   // This line names all members of Mesh. If a member is added, it fails to compile until the new member is hashed
   // below.

@@ -1,4 +1,4 @@
-// Caches high polys on the device, shared by bakes.
+// Caches high polys on the device, so that several bakes can use them.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ class SourceCache {
   /// Returns the cached source of an equal mesh, or builds a new source. Threads that request the same mesh wait
   /// until its source is built.
   Source get(const Device& device, const Mesh& mesh, RayTraversal traversal);
-  /// Number of sources that were built, for tests.
+  /// Returns the number of sources that were built, for tests.
   std::size_t built_count() const;
 
  private:

@@ -22,13 +22,13 @@ struct TomlValue {
   bool is_table() const { return kind == Kind::table; }
   bool is_list() const { return kind == Kind::list; }
   bool is_text() const { return kind == Kind::text; }
-  /// The value of a key; null if there is none.
+  /// Finds the value of a key; null if there is none.
   const TomlValue* find(std::string_view key) const;
-  /// The kind of the value for messages, such as "a text" or "a list".
+  /// Returns the kind of the value for messages, such as "a text" or "a list".
   const char* kind_name() const;
 };
 
-/// Remedy for paths of Windows in double quotes, in which TOML takes backslashes for escapes.
+/// Remedy in messages about Windows paths in double quotes, in which TOML reads a backslash as an escape.
 inline constexpr const char* kBackslashRemedy =
     "In a path, write / for \\, or put it in single quotes.";
 

@@ -10,7 +10,8 @@
 namespace kiln {
 namespace {
 
-/// Sine and cosine, exact at multiples of 90 degrees, so that views along an axis are exactly aligned.
+/// Returns the sine and the cosine of an angle, exact at multiples of 90 degrees, so that views along an axis are
+/// exactly aligned with it.
 std::pair<double, double> exact_sine_cosine(double degrees) {
   constexpr double kPi = 3.14159265358979323846;
   const double quarters = std::nearbyint(degrees / 90);
@@ -22,15 +23,16 @@ std::pair<double, double> exact_sine_cosine(double degrees) {
   return {sine, cosine};
 }
 
-/// Converts a vector from axes with +Y up and +Z to the front, to the axes of the options.
+/// Converts a vector from axes with +Y up and +Z to the front to the axes of RenderOptions::z_up.
 Vec3d to_option_axes(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z, v.y} : v; }
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
-/// Direction of the key light. By default the light comes from the front, from above and from the left. Flat meshes
-/// such as terrains and reliefs would show hardly any shading with it; for these, the angle between the light and the
-/// mean normal is 60 degrees, so that slopes are visible.
-Vec3d key_light(const Vec3d& facing, const Camera& camera) {
+/// Chooses the direction to the key light, in camera axes. By default the light comes from the front, from above and
+/// from the left. Flat meshes such as terrains and reliefs would hardly be shaded by this light; for these, the angle
+/// between the light and the mean normal is 60 degrees, so that slopes are visible.
+/// \param facing  CameraTarget::facing
+Vec3d choose_key_light(const Vec3d& facing, const Camera& camera) {
   constexpr double kMinSheetFacing = 0.7;
   const Vec3d default_light = {-0.5145, 0.6860, 0.5145};
   if (length(facing) < kMinSheetFacing) return default_light;
@@ -66,8 +68,8 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
     area += length(normal);
   }
   if (area > 0) target.facing = target.facing * (1 / area);
-  // Largest distance from the origin of the mesh's local frame, in its units (see Frame). Vertices farther out are not
-  // shown
+  // Vertices farther from the origin of the mesh's local frame than this, in its units (see Frame), do not count: the
+  // camera is not fitted to them.
   constexpr double kMaxLocalDistance = 1;
   for (std::size_t i = 0; i < is_used_vertex.size(); ++i) {
     if (!is_used_vertex[i]) continue;
@@ -98,24 +100,26 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
   }
-  // A minimum extent is used so that even a line that is seen end-on gives a picture.
-  constexpr double kMarginShare = 0.04;
+  // The extent has a lower bound, so that even a line that is seen end-on gives a picture.
+  constexpr double kMinExtent = 1e-6;    // in units of the local frame
+  constexpr double kMarginShare = 0.04;  // width of the margin, as a share of the longer side
   const double extent_x = high_x - low_x, extent_y = high_y - low_y;
-  const double extent = std::max({extent_x, extent_y, 1e-6});
+  const double extent = std::max({extent_x, extent_y, kMinExtent});
   const double side = extent / (1 - 2 * kMarginShare);
   camera.half_side = side / 2 / target.local_frame.scale / options.zoom;
-  const auto pixels = [&](double reach) {
-    const double share = options.trim ? (reach + 2 * kMarginShare * side) / side : 1;
+  const auto pixels = [&](double target_extent) {
+    const double share = options.trim ? (target_extent + 2 * kMarginShare * side) / side : 1;
     return static_cast<std::uint32_t>(std::max(1.0, std::ceil(share * options.size - 1e-6)));
   };
   camera.width = std::min(options.size, pixels(extent_x));
   camera.height = std::min(options.size, pixels(extent_y));
-  const Vec3d middle = camera.right * ((low_x + high_x) / 2) + camera.up * ((low_y + high_y) / 2);
-  camera.center = {target.local_frame.center[0] + middle.x / target.local_frame.scale,
-                   target.local_frame.center[1] + middle.y / target.local_frame.scale,
-                   target.local_frame.center[2] + middle.z / target.local_frame.scale};
+  const Vec3d target_center =
+      camera.right * ((low_x + high_x) / 2) + camera.up * ((low_y + high_y) / 2);
+  camera.center = {target.local_frame.center[0] + target_center.x / target.local_frame.scale,
+                   target.local_frame.center[1] + target_center.y / target.local_frame.scale,
+                   target.local_frame.center[2] + target_center.z / target.local_frame.scale};
   if (options.at) camera.center = *options.at;
-  camera.key = key_light(target.facing, camera);
+  camera.key = choose_key_light(target.facing, camera);
   return camera;
 }
 

@@ -13,11 +13,11 @@
 
 namespace kiln {
 
-/// The vertices that a camera shows: those of finite triangles, in a local frame of their own.
+/// The vertices that a camera shows: those of triangles with finite corners and an area, in the mesh's local frame.
 struct CameraTarget {
   Frame local_frame;
   std::vector<Vec3> points;
-  /// Mean normal of the triangles, weighted by area: length 0 for closed meshes, 1 for planes.
+  /// Mean of the triangles' unit normals, weighted by area. Its length is 0 for closed meshes, and 1 for planes.
   Vec3d facing{};
 
   /// \throws Error(input) if the mesh has no extent
@@ -28,14 +28,14 @@ struct CameraTarget {
 struct Camera {
   /// Unit vectors of the camera's axes; `toward` points from the scene to the viewer
   Vec3d right{}, up{}, toward{};
-  std::array<double, 3> center{};       ///< World point at the picture's centre
-  double half_side = 1;                 ///< Half of the picture's longer side, world units
+  std::array<double, 3> center{};       ///< Point at the picture's centre, in world space
+  double half_side = 1;                 ///< Half of the picture's longer side in world units
   std::uint32_t width = 1, height = 1;  ///< Size of the picture in pixels
-  /// Unit vector to the key light in camera axes: right, up, towards the viewer.
+  /// Unit vector to the key light, along the camera's axes `right`, `up` and `toward`.
   Vec3d key{};
 
-  /// Fits the target into the picture with a margin of 4% of its longer side, then applies the options' zoom and
-  /// position.
+  /// Makes a camera whose picture shows the whole target, with a margin of 4% of the picture's longer side; then
+  /// applies RenderOptions::zoom and RenderOptions::at.
   static Camera fit(const CameraTarget& target, const RenderOptions& options);
 
   /// Size of a pixel in world units.

@@ -1,5 +1,5 @@
-// Draws frames with a z-buffer, as renderers do, and measures their cost (Wang, Froehlich, Goebel 2003, figure 7;
-// Barry and Wood 2007, table 1).
+// Draws frames with a z-buffer, as real-time renderers do, and measures their cost (Wang, Froehlich, Goebel 2003,
+// figure 7; Barry and Wood 2007, table 1).
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -15,20 +15,22 @@ namespace {
 
 constexpr std::uint32_t kFrameTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kMaxFrameSide = 2048;
-constexpr std::uint32_t kWarmUpFrames = 2;
+constexpr std::uint32_t kWarmUpFrames = 2;  // drawn before the frames that are timed
 
 void check_frame(const RenderOptions& options) {
   check_render(options);
   const auto refuse = [](const std::string& message) { throw Error(ErrorCode::usage, message); };
   if (options.size > kMaxFrameSide) {
-    refuse("A frame is " + std::to_string(options.size) + " pixels a side: use 1 to 2048.");
+    refuse("The size of a frame is " + std::to_string(options.size) +
+           " pixels a side: use 1 to 2048.");
   }
   if (options.show_colors) refuse("Frames are always lit: leave out the option show_colors.");
   if (options.zoom != 1 || options.at)
     refuse("Frames show the whole mesh: leave out the options zoom and at.");
 }
 
-/// The camera as a depth view with the picture's pixels, exact to 1/512 pixel.
+/// Converts the camera to a depth view with the picture's pixels, for the rasterizer. The picture's edges are rounded
+/// to multiples of 1 / KILN_RASTER_UNIT pixel.
 kiln_view depth_view_of(const kiln_render_params& params) {
   kiln_view view{};
   std::copy_n(params.right, 3, view.right);
@@ -62,7 +64,7 @@ std::vector<Triangle> triangles_of(const std::vector<std::uint32_t>& numbers) {
   return result;
 }
 
-/// Draws pictures ("frames") of one size, and owns the device arrays that they need.
+/// Draws frames of one size, and owns the device arrays that they need.
 class FramePainter {
  public:
   FramePainter(const Scene::Impl& scene, const RenderOptions& options)
@@ -76,8 +78,8 @@ class FramePainter {
 
   bool with_map() const { return with_map_; }
 
-  /// Makes the kernels' parameters for a camera position.
-  /// \param options  options whose size is that of the painter
+  /// Makes the parameters of a frame's kernels, for a camera that shows the target.
+  /// \param options  must have the size with which the painter was created
   kiln_render_params place_camera(const CameraTarget& target, const RenderOptions& options) const {
     RenderOptions single_sample_options = options;
     single_sample_options.samples = 1;
@@ -140,11 +142,13 @@ class FramePainter {
   cl::Array<std::uint8_t> unoccluded_;
 };
 
-CameraTarget frame_target(const Scene::Impl& scene, const RenderOptions& options) {
+/// Returns what the camera shows: RenderOptions::frame, or the scene's own mesh.
+CameraTarget select_target(const Scene::Impl& scene, const RenderOptions& options) {
   return options.frame == nullptr ? scene.target : CameraTarget::of(*options.frame);
 }
 
-/// Vertices that a renderer would process, see FrameCost::vertices.
+/// Counts the vertices that a renderer would process: the different combinations of position, normal and, with a map,
+/// UV at the corners of triangles; see FrameCost::vertices.
 std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
   cl::Context& context = context_of(scene.device);
   const std::vector<std::uint32_t> position = scene.position_indices.download(context);
@@ -169,7 +173,7 @@ std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
 Image Scene::Impl::rasterise(const RenderOptions& options) const {
   check_frame(options);
   FramePainter painter(*this, options);
-  const kiln_render_params params = painter.place_camera(frame_target(*this, options), options);
+  const kiln_render_params params = painter.place_camera(select_target(*this, options), options);
   painter.draw(params);
   Image image{params.width, params.height, 3, {}};
   image.pixels.resize(std::size_t{params.width} * params.height * 3);
@@ -186,20 +190,20 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   FramePainter painter(*this, options);
   FrameCost cost;
   cost.frames = frames;
-  const CameraTarget shown = frame_target(*this, options);
+  const CameraTarget camera_target = select_target(*this, options);
   std::vector<double> seconds;
   for (std::uint32_t i = 0; i < frames + kWarmUpFrames; ++i) {
     RenderOptions rotated_options = options;
     rotated_options.azimuth_degrees += 360.0 * (i % frames) / frames;
-    const kiln_render_params params = painter.place_camera(shown, rotated_options);
+    const kiln_render_params params = painter.place_camera(camera_target, rotated_options);
     painter.wait_for_kernels();
     const auto start = std::chrono::steady_clock::now();
     painter.draw(params);
     painter.wait_for_kernels();
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    const std::chrono::duration<double> frame_seconds = std::chrono::steady_clock::now() - start;
     cost.width = params.width;
     cost.height = params.height;
-    if (i >= kWarmUpFrames) seconds.push_back(taken.count());
+    if (i >= kWarmUpFrames) seconds.push_back(frame_seconds.count());
   }
   std::sort(seconds.begin(), seconds.end());
   cost.seconds_least = seconds.front();
@@ -207,6 +211,7 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   cost.seconds_median = (seconds[(frames - 1) / 2] + seconds[frames / 2]) / 2;
   cost.triangles = position_indices.size() / 3;
   cost.vertices = count_vertices(*this, painter.with_map());
+  // Bytes that a renderer would store for each vertex without and with a map, each triangle, and each texel
   constexpr std::uint64_t kPlainVertexBytes = 24, kMappedVertexBytes = 48, kTriangleBytes = 12,
                           kTexelBytes = 6;
   cost.bytes = cost.triangles * kTriangleBytes +

@@ -16,9 +16,10 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
+/// Pictures are drawn in sections of tiles, each with at most this many samples, which bounds the device memory.
 constexpr std::uint32_t kMaxSamplesPerSection = 1 << 20;
 constexpr double kMinZoom = 0.01, kMaxZoom = 1e5;
-/// Maximum distance of occluders, as a share of the visible extent.
+/// Maximum distance of occluders, as a share of the length of the picture's longer side.
 constexpr double kMaxOccluderShare = 0.4;
 
 template <typename T>
@@ -35,8 +36,8 @@ cl::Array<float> upload_array(cl::Context& context, const std::vector<Vec3>& vec
   return upload_array(context, &vectors.data()->x, vectors.size() * 3);
 }
 
-/// Evenly distributed points of the unit disc (Vogel 1979); projected up to the hemisphere, they have a cosine
-/// distribution.
+/// Returns evenly distributed points of the unit disc, x and y of each (Vogel 1979). Projected up to the hemisphere,
+/// they are cosine-distributed directions.
 std::vector<float> vogel_disc(std::size_t count) {
   constexpr double kGoldenAngle = 2.39996322972865332;
   std::vector<float> result(2 * count);
@@ -49,13 +50,13 @@ std::vector<float> vogel_disc(std::size_t count) {
   return result;
 }
 
-void set(kiln_float (&to)[3], const Vec3d& from) {
-  to[0] = static_cast<float>(from.x);
-  to[1] = static_cast<float>(from.y);
-  to[2] = static_cast<float>(from.z);
+void assign(kiln_float (&target)[3], const Vec3d& source) {
+  target[0] = static_cast<float>(source.x);
+  target[1] = static_cast<float>(source.y);
+  target[2] = static_cast<float>(source.z);
 }
 
-/// Device arrays for the samples of one section of the picture.
+/// Device arrays for one section of the picture, a range of tiles.
 struct PictureSection {
   cl::Array<float> points;   ///< Ray data in 7 planes; see RayCaster
   cl::Array<float> surface;  ///< Surface data in KILN_SURFACE_PLANES planes
@@ -97,7 +98,7 @@ void check_render(const RenderOptions& options) {
               ": use 0.01 to 100000; 1 shows all of the mesh.");
   require(!options.at || std::all_of(options.at->begin(), options.at->end(),
                                      [](double x) { return std::isfinite(x); }),
-          "The point in the picture's middle is not finite: give three finite coordinates.");
+          "The point at the picture's centre is not finite: give three finite coordinates.");
 }
 
 kiln_render_params camera_params(const Camera& camera, const Frame& frame,
@@ -108,18 +109,18 @@ kiln_render_params camera_params(const Camera& camera, const Frame& frame,
             camera.center[2] - frame.center[2]) *
       frame.scale;
   const double pixel = camera.pixel() * frame.scale;
-  set(params.right, camera.right);
-  set(params.up, camera.up);
-  set(params.toward, camera.toward);
+  assign(params.right, camera.right);
+  assign(params.up, camera.up);
+  assign(params.toward, camera.toward);
   params.left_edge =
       static_cast<float>(dot(picture_center, camera.right) - pixel * camera.width / 2);
   params.top_edge = static_cast<float>(dot(picture_center, camera.up) + pixel * camera.height / 2);
   params.pixel = static_cast<float>(pixel);
   params.width = camera.width;
   params.height = camera.height;
-  set(params.key, camera.key);
+  assign(params.key, camera.key);
   const Vec3d half_vector = camera.key + Vec3d{0, 0, 1};
-  set(params.half_way, half_vector * (1 / length(half_vector)));
+  assign(params.half_way, half_vector * (1 / length(half_vector)));
   params.samples = options.samples;
   params.tile_columns = (camera.width + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
   params.flat = options.flat ? 1 : 0;
@@ -153,8 +154,8 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
   }
   target = CameraTarget::of(mesh);
   cl::Context& context = context_of(device);
-  const std::vector<Vec3> frame_positions = target.local_frame.to_frame(mesh);
-  rays = std::make_unique<RayCaster>(context, frame_positions, mesh.triangles);
+  const std::vector<Vec3> local_positions = target.local_frame.to_frame(mesh);
+  rays = std::make_unique<RayCaster>(context, local_positions, mesh.triangles);
   const std::uint64_t skipped = rays->stats().skipped;
   if (skipped == mesh.triangles.size()) {
     throw Error(ErrorCode::input,
@@ -176,9 +177,9 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
   if (const std::string coarse = coarse_steps(mesh, target.local_frame); !coarse.empty()) {
     warnings.push_back({"coarse-source", "'" + mesh.name + "': " + coarse, 1});
   }
-  positions = upload_array(context, frame_positions);
+  positions = upload_array(context, local_positions);
   position_indices = upload_array(context, mesh.triangles);
-  const CornerNormals corners = corner_normals(mesh, frame_positions);
+  const CornerNormals corners = corner_normals(mesh, local_positions);
   normals = upload_array(context, corners.normals);
   normal_indices = upload_array(context, corners.triangles);
   if (normal_map.image != nullptr) upload_map(mesh, normal_map);
@@ -221,11 +222,11 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
       const float* texel = &image.pixels[i * image.channels];
       const bool finite =
           std::isfinite(texel[0]) && std::isfinite(texel[1]) && std::isfinite(texel[2]);
-      const float* from = finite ? texel : kFlat;
+      const float* direction = finite ? texel : kFlat;
       for (std::size_t c = 0; c < 3; ++c) {
-        const float value = std::clamp(from[c], 0.0F, 1.0F) * KILN_RENDER_MAP_ONE;
-        const float up = value + 0.5F;
-        quantised_texels[i * 3 + c] = static_cast<std::uint16_t>(up);
+        const float value = std::clamp(direction[c], 0.0F, 1.0F) * KILN_RENDER_MAP_ONE;
+        const float rounded = value + 0.5F;
+        quantised_texels[i * 3 + c] = static_cast<std::uint16_t>(rounded);
       }
     }
   });
@@ -264,21 +265,23 @@ Image Scene::Impl::draw(const RenderOptions& options) const {
 
 Image Scene::Impl::draw_depth(const RenderOptions& options) const {
   check_render(options);
-  RenderOptions one = options;
-  one.samples = 1;
-  one.ambient_rays = 0;
-  const Camera from = camera(options);
-  const Image shown = trace(from, one, true);
+  RenderOptions depth_options = options;
+  depth_options.samples = 1;
+  depth_options.ambient_rays = 0;
+  const Camera depth_camera = camera(options);
+  // The first channel is the depth in the local frame; the second is positive where the mesh is visible.
+  const Image local_depth = trace(depth_camera, depth_options, true);
   const Frame& frame = target.local_frame;
-  const Vec3d picture_center = {from.center[0] - frame.center[0], from.center[1] - frame.center[1],
-                                from.center[2] - frame.center[2]};
-  const double plane = dot(picture_center, from.toward);
-  Image depth{shown.width, shown.height, 1, {}};
-  depth.pixels.reserve(shown.pixels.size() / 3);
-  for (std::size_t i = 0; i < shown.pixels.size(); i += 3) {
-    depth.pixels.push_back(shown.pixels[i + 1] > 0
-                               ? static_cast<float>(shown.pixels[i] / frame.scale - plane)
-                               : kNoDepth);
+  const Vec3d picture_center = {depth_camera.center[0] - frame.center[0],
+                                depth_camera.center[1] - frame.center[1],
+                                depth_camera.center[2] - frame.center[2]};
+  const double center_depth = dot(picture_center, depth_camera.toward);
+  Image depth{local_depth.width, local_depth.height, 1, {}};
+  depth.pixels.reserve(local_depth.pixels.size() / 3);
+  for (std::size_t i = 0; i < local_depth.pixels.size(); i += 3) {
+    const float* pixel = &local_depth.pixels[i];
+    depth.pixels.push_back(pixel[1] > 0 ? static_cast<float>(pixel[0] / frame.scale - center_depth)
+                                        : kNoDepth);
   }
   return depth;
 }
@@ -299,11 +302,11 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const std::uint32_t tiles_per_section = std::min(tiles, kMaxSamplesPerSection / samples_per_tile);
   params.capacity = tiles_per_section * samples_per_tile;
 
-  // Peak memory for one section of the picture: its samples on the device, and its colours on device and host. It
-  // is checked before anything is allocated.
+  // The peak memory is checked before anything is allocated: the picture itself, and for one section the samples on the
+  // device, and the colours on device and host.
   constexpr std::uint64_t kBytesPerSample =
       7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
-  // Memory that PoCL itself uses during drawing, bytes
+  // Bytes that PoCL itself allocates to run the kernels
   constexpr std::uint64_t kLaunchBytes = 12 << 20;
   require_memory("The picture",
                  kLaunchBytes + std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
@@ -316,13 +319,14 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const cl::Array<float> device_disc = upload_array(context, disc.data(), disc.size());
 
   RayQuery surface_ray;
-  // Ray length that reaches through the whole bounding sphere; the kernel starts rays at a distance
-  // of 0.75 from its centre
+  // Rays reach through the bounding sphere of the mesh, whose radius in the local frame is 0.5: the kernel starts them
+  // in a plane at a distance of 0.75 from the sphere's centre.
   surface_ray.t_max = 1.5F;
   surface_ray.two_sided = true;
   RayQuery occlusion_ray;
   occlusion_ray.t_min = 5e-5F;
-  // In an extreme close-up, the maximum distance of occluders could be less than t_min, the minimum distance of a hit.
+  // Without the lower bound, the maximum distance of occluders would be below t_min, the minimum distance, in an
+  // extreme close-up.
   occlusion_ray.t_max =
       std::max(occlusion_ray.t_min,
                static_cast<float>(std::min(
@@ -342,7 +346,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
     context.launch(context.kernel("render", "kiln_render_surface"), count, kLocal, params,
                    section.match.triangle, section.match.barycentric, position_indices, positions,
                    normal_indices, normals, section.surface);
-    // Occlusion uses the mesh's normal, to which the normal map is not applied.
+    // Ambient occlusion is computed around the mesh's own normal, before the normal map is applied.
     for (kiln_uint pass = 0; pass < params.ambient_passes; ++pass) {
       context.launch(context.kernel("render", "kiln_render_ambient_rays"), count, kLocal, params,
                      pass, section.match.triangle, section.surface, device_disc, section.points);

@@ -1,4 +1,4 @@
-// The arrays of a Scene on the device; traces rays to draw pictures of it.
+// The device arrays of a Scene, and the functions that draw its pictures.
 #pragma once
 
 #include <memory>
@@ -24,14 +24,15 @@ struct KILN_HIDDEN Scene::Impl {
   std::vector<Warning> warnings;
 
   std::unique_ptr<RayCaster> rays;
-  cl::Array<std::uint32_t> position_indices;  ///< Vertex of each corner, [3 * triangles]
-  cl::Array<std::uint32_t> normal_indices;    ///< Normal of each corner, [3 * triangles]
-  cl::Array<float> positions;                 ///< Positions, [3 * vertices]
-  cl::Array<float> normals;                   ///< Normal pool, [3 * normals]
+  cl::Array<std::uint32_t>
+      position_indices;  ///< Index of the position of each corner, [3 * triangles]
+  cl::Array<std::uint32_t> normal_indices;  ///< Index of the normal of each corner, [3 * triangles]
+  cl::Array<float> positions;               ///< Positions, [3 * vertices]
+  cl::Array<float> normals;                 ///< Vertex normals, [3 * normals]
 
   bool has_map = false;
   kiln_render_map_params map_params{};
-  cl::Array<kiln_low_shading> shading;  ///< Shading frames, [triangles]
+  cl::Array<kiln_low_shading> shading;  ///< Tangent frames for shading, [triangles]
   cl::Array<float> uvs;                 ///< UVs of the corners, [6 * triangles]
   cl::Array<std::uint16_t> map;         ///< Texels of the normal map, [3 * width * height]
 
@@ -39,19 +40,19 @@ struct KILN_HIDDEN Scene::Impl {
 
  private:
   void upload_map(const Mesh& mesh, const NormalMap& normal_map);
-  /// Traces rays for one section of the picture after another. \param depth true: returns depth
-  /// instead of the options' colours
+  /// Draws a picture by ray casts, one section of tiles after another.
+  /// \param depth  true to return depths and the coverage instead of colours
   Image trace(const Camera& camera, const RenderOptions& options, bool depth) const;
 };
 
-/// \throws Error(usage) for an option out of its range
+/// Checks all options. \throws Error(usage) for an option out of its range
 void check_render(const RenderOptions& options);
 
-/// The camera's parameters in the local frame of a mesh, in which the mesh lies around the origin.
+/// Converts a camera from world space to the local frame of a mesh, and makes the parameters of the kernels.
 kiln_render_params camera_params(const Camera& camera, const Frame& frame,
                                  const RenderOptions& options);
 
-/// Copies the pixels of a section, which are ordered by tiles, to the picture.
+/// Copies the pixels of a section, which are stored tile by tile, to the picture.
 void copy_pixels_to_picture(const std::vector<float>& colors, const kiln_render_params& params,
                             Image& image);
 

@@ -447,19 +447,19 @@ TEST(JobFile, NumbersOfFacesAreLevels) {
 TEST(JobFile, OnlyKeepsNames) {
   const fs::path folder = make_studio({"props/a", "props/b", "c"});
   ExpandOptions options;
-  options.only = {"props/*"};
+  options.selected_names = {"props/*"};
   EXPECT_EQ(expand(folder, kStudioJob, "", options).assets.size(), 2U);
-  options.only = {"props"};
+  options.selected_names = {"props"};
   EXPECT_EQ(expand(folder, kStudioJob, "", options).assets.size(), 2U);
   // Without a slash, also the last part of a name.
   for (const auto& [only, count] :
        {std::pair{"a", 1U}, std::pair{"{a,c}", 2U}, std::pair{"?", 3U}}) {
-    options.only = {only};
+    options.selected_names = {only};
     EXPECT_EQ(expand(folder, kStudioJob, "", options).assets.size(), count) << only;
   }
-  options.only = {"x/a"};
+  options.selected_names = {"x/a"};
   EXPECT_NE(message_of([&] { expand(folder, kStudioJob, "", options); }), "");
-  options.only = {"prosp/a"};
+  options.selected_names = {"prosp/a"};
   expect_words(message_of([&] { expand(folder, kStudioJob, "", options); }),
                {"prosp/a", "did you mean props/a?"});
 }

@@ -24,7 +24,8 @@ constexpr const char* kRetryVariable = "KILN_RETRY";
 
 int tries_before = 0;
 bool may_retry = false;
-std::atomic<std::int64_t> crashed_thread{0};  // number of the thread that handles a crash; 0: none
+// Number of the thread that handles a crash; 0 if none does
+std::atomic<std::int64_t> crashed_thread{0};
 static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 
 void write_error(const char* text) { os::write_error(text); }
@@ -60,8 +61,8 @@ constexpr const char* kCrashedOnce =
     "kiln: The OpenCL driver crashed; see the lines above for a reason. Otherwise it may have run "
     "out of memory. Run the command again, or update the driver.\n";
 
-/// Ends the process after a crash in the user's own map, which is native code. The map may have overwritten the
-/// thread's stack, so that no thread-local state is read.
+/// Ends the process after a crash in a map that the user has defined, which runs as native code. Reads no thread-local
+/// state, since the map may have overwritten the thread's stack.
 [[noreturn]] void end_after_own_map_crash(const char* name) {
   write_error("kiln: The map ");
   write_error(name);
@@ -84,7 +85,7 @@ void on_crash(int number) {
   std::int64_t first_thread = 0;
   if (!crashed_thread.compare_exchange_strong(first_thread, os::thread_number())) {
     if (first_thread == os::thread_number())
-      os::end_process(static_cast<int>(ErrorCode::device));  // the crash handler itself has crashed
+      os::end_process(static_cast<int>(ErrorCode::device));  // The crash handler itself has crashed
     // Two threads crashed at once: the first one ends the process, so this one waits.
     os::block_forever();
   }
@@ -102,7 +103,7 @@ void on_crash(int number) {
   end_after_driver_crash();
 }
 
-/// Handles exit() calls of LLVM within PoCL, which it makes if it cannot write a file.
+/// Handles calls of exit() by LLVM within PoCL, which calls it if it cannot write a file.
 void on_exit_in_driver() {
   if (!in_driver() && os::on_main_thread()) return;
   remove_temporary_files();

@@ -8,7 +8,8 @@ namespace kiln::cli {
 namespace {
 
 void on_deadline() {
-  if (is_committing_outputs()) return;  // the outputs will be complete in a moment
+  // The moves of outputs to their destinations are completed first.
+  if (is_committing_outputs()) return;
   remove_temporary_files();
   os::write_error("\nCancelled.\n");
   os::end_process(kExitCancelled);

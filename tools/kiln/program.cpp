@@ -96,7 +96,7 @@ Program::Program(std::span<const CommandEntry> commands)
       continue;
     }
     add_lab_command_name(app_, entry.name);
-    // such commands never get here; see requested_lab_command()
+    // main() has passed such a command to kiln-lab already; see requested_lab_command().
     run = []() -> int { throw std::logic_error("kiln-lab runs this command"); };
   }
   add_memory_option(app_);

@@ -50,7 +50,7 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
   cli::Run command;
   try {
     command = program.parse({argv + 1, argv + argc});
-    if (!command) return 0;  // --help or --version was handled
+    if (!command) return 0;  // parse() has printed help or the version
   } catch (const UsageError& error) {
     cli::print_line(stderr, "kiln: " + program.explain(error));
     cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for the accepted options.");
@@ -67,7 +67,7 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     OutputSet outputs;
     const int result = command();
     if (result == cli::kExitCancelled) return cancelled();
-    // standard output is finished first, so that no file is placed if that fails
+    // Standard output is closed first: if that fails, no file is moved to its destination.
     cli::finish_output();
     outputs.commit();
     folder_cleanup.has_succeeded = result == 0;
@@ -108,8 +108,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
     return static_cast<int>(ErrorCode::output);
   }
   os::prepare_streams();
-  // Otherwise PoCL would install a process-wide handler for arithmetic traps, which a library must
-  // not do.
+  // Without this variable, PoCL would install a process-wide handler for arithmetic traps.
   if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr)
     os::set_environment_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);

@@ -19,8 +19,9 @@
 #ifdef __GLIBC__
 namespace {
 
-constexpr std::size_t kGuardBytes = std::size_t{1} << 28;       // address space, not memory
-constexpr std::size_t kStackGuardBytes = std::size_t{1} << 24;  // address space, not memory
+// Guards take address space, but no memory.
+constexpr std::size_t kGuardBytes = std::size_t{1} << 28;
+constexpr std::size_t kStackGuardBytes = std::size_t{1} << 24;
 
 struct ThreadStart {
   void* (*begin)(void*);
@@ -33,7 +34,8 @@ struct ThreadStart {
 /// on_crash() runs.
 class StackGuard {
  public:
-  /// Protects the pages. \param room  address of kStackGuardBytes and two pages on the stack
+  /// Protects kStackGuardBytes of the stack against access.
+  /// \param room  start of a region on the stack of kStackGuardBytes and two pages
   explicit StackGuard(char* room) {
     const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
     const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(room) % page;

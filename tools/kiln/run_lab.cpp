@@ -31,7 +31,7 @@ const char* requested_lab_command(int argc, char** argv) {
   return nullptr;
 }
 
-// Allocates no memory before the programs were tried, so that kiln-lab starts even if memory is short.
+// Allocates no memory before it has tried to start kiln-lab, which thus starts even if memory is short.
 int run_lab(const char* command, char** argv) {
   Path folder{}, beside_program{}, installed{};
   os::own_folder(folder);

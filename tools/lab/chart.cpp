@@ -13,10 +13,11 @@
 namespace kiln::cli {
 namespace {
 
-constexpr double kProgressAtSave = 0.98;  // share of the progress at which saving starts
+constexpr double kProgressAtSave =
+    0.98;  // Share of the whole progress that is complete when saving starts
 
-/// Index of the median in sorted values; for an even number of values, the lower of the two middle ones.
-std::size_t median_index(const std::vector<double>& values) {
+/// Finds the index in `values` of their median; for an even number of values, that of the lower of the two middle ones.
+std::size_t find_median_index(const std::vector<double>& values) {
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -37,8 +38,8 @@ bool is_on_front(const Mark& mark, const std::vector<Mark>& marks, const Measure
   });
 }
 
-/// The text of all tables and of the lines after them, for chart.md and the terminal.
-std::vector<std::string> lines_of(const ChartGroup& group) {
+/// Formats a group's tables and the lines after them as text, for chart.md and the terminal.
+std::vector<std::string> format_group(const ChartGroup& group) {
   std::vector<std::string> lines;
   for (const ChartTable& table : group.tables) {
     if (table.columns.empty()) continue;
@@ -50,17 +51,17 @@ std::vector<std::string> lines_of(const ChartGroup& group) {
   return lines;
 }
 
-/// The contents of data files, by the files' suffixes. Each file contains the rows of all groups, with the number of
-/// the group.
-std::map<std::string, Json> data_of(const char* key, const std::vector<ChartGroup>& groups) {
+/// Collects the rows of each data file, by the file's suffix. Each file contains the rows of all groups, with the
+/// group's number under `key`.
+std::map<std::string, Json> collect_data(const char* key, const std::vector<ChartGroup>& groups) {
   std::map<std::string, Json> files;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     for (const ChartTable& table : groups[i].tables) {
-      if (table.data == nullptr) continue;
+      if (table.data_suffix == nullptr) continue;
       for (const Json& row : table.rows.elements()) {
         Json row_with_number = {{key, i + 1}};
         row_with_number.update(row);
-        files[table.data].push_back(std::move(row_with_number));
+        files[table.data_suffix].push_back(std::move(row_with_number));
       }
     }
   }
@@ -82,18 +83,18 @@ bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
   return true;
 }
 
-Json finish_marks(std::vector<Mark>& marks, const char* counted,
+Json finish_marks(std::vector<Mark>& marks, const char* compared_path,
                   const std::vector<Measure>& measures) {
   for (Mark& mark : marks) {
     std::vector<double> totals;
     for (const Json& run : mark.runs) {
-      mark.run_seconds.push_back(run.at(counted).number());
+      mark.run_seconds.push_back(run.at(compared_path).number());
       totals.push_back(run.at("total").number());
     }
-    const std::size_t median = median_index(mark.run_seconds);
+    const std::size_t median = find_median_index(mark.run_seconds);
     mark.seconds = mark.run_seconds[median];
     Json seconds = mark.runs[median];
-    if (seconds.is_object()) seconds["total"] = totals[median_index(totals)];
+    if (seconds.is_object()) seconds["total"] = totals[find_median_index(totals)];
     const auto [least, most] =
         std::minmax_element(mark.run_seconds.begin(), mark.run_seconds.end());
     mark.figures.update(fields("seconds seconds_least seconds_most runs",
@@ -131,7 +132,8 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
 
 bool ChartKind::check_inputs(const Progress&) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (!is_readable_file(inputs[i])) read(i);  // an unreadable file throws its error here
+    // If a file cannot be read, read() throws the error that explains why.
+    if (!is_readable_file(inputs[i])) read(i);
   }
   return true;
 }
@@ -159,7 +161,7 @@ Json ChartKind::plot(const DeviceInfo& device, const std::vector<ChartGroup>& gr
                 {"chart", title, subtitle + device.name + runs, seconds_title, used_styles, shown});
 }
 
-bool ChartArguments::names(const std::string& setting) const {
+bool ChartArguments::selects(const std::string& setting) const {
   return std::find(settings.begin(), settings.end(), setting) != settings.end();
 }
 
@@ -176,14 +178,14 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
   const std::filesystem::path folder = a.out;
   const Device device = Device::open(a.device);
   const DeviceInfo info = device.info();
-  if (!kind.check_inputs(run.within(0, 0))) return kExitCancelled;
+  if (!kind.check_inputs(run.partial_progress(0, 0))) return kExitCancelled;
   double seconds_load = run.watch.lap(), seconds_chart = 0;
   std::vector<ChartGroup> groups;
   Json measured = Json::array();
   const double step = kProgressAtSave / static_cast<double>(kind.inputs.size());
   for (std::size_t i = 0; i < kind.inputs.size(); ++i) {
     const double start = step * static_cast<double>(i);
-    const Progress show = run.within(start, start + step);
+    const Progress show = run.partial_progress(start, start + step);
     if (!show(0, "reading " + kind.inputs[i])) return kExitCancelled;
     kind.read(i);
     seconds_load += run.watch.lap();
@@ -201,12 +203,12 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
     run.outputs.push_back((folder / (kChartName + ending)).string());
     save_text(run.outputs.back(), text);
   };
-  for (const auto& [ending, rows] : data_of(kind.input_key, groups)) save(ending, csv(rows));
+  for (const auto& [ending, rows] : collect_data(kind.input_key, groups)) save(ending, csv(rows));
   std::string text = "# Kiln's chart\n\nOn " + markdown_text(info.name) + " (" +
                      markdown_text(info.platform) + ", driver " + markdown_text(info.driver) +
                      "). " + kind.explanation + "\n\n";
   for (const ChartGroup& group : groups) {
-    const std::vector<std::string> lines = lines_of(group);
+    const std::vector<std::string> lines = format_group(group);
     text += "## " + markdown_text(group.title) + "\n\n" + join(lines, "\n") + "\n";
     run.lines.push_back(group.title + ":");
     run.lines.insert(run.lines.end(), lines.begin(), lines.end());
@@ -221,7 +223,7 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
                            {describe(info), device.compile_seconds(), options}));
   run.report[kind.inputs_key] = measured;
   run.seconds = fields("load chart save", {seconds_load, seconds_chart, run.watch.lap()});
-  return run.end();
+  return run.finish();
 }
 
 }  // namespace kiln::cli

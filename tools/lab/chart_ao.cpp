@@ -1,4 +1,4 @@
-// Charts ambient occlusion, speed against error: by rays, by smoothed rays, and by depth views.
+// Charts the speed and the error of ambient occlusion that is computed by rays, by smoothed rays, and by depth views.
 #include <algorithm>
 #include <optional>
 
@@ -11,8 +11,8 @@
 namespace kiln::cli {
 namespace {
 
-/// With --ao-error, a bake first casts --ao-rays divided by this number, and casts more only if the error bound
-/// requires it. A bound of 1 never does.
+/// With --ao-error, a bake first casts the number of rays in --ao-rays divided by this factor, and casts further rays
+/// only if the error bound requires them. With a bound of 1 it casts no further rays, but smooths the result.
 constexpr std::uint32_t kRaysPerFirstRay = 4;
 
 const Measure& ao_measure() {
@@ -22,8 +22,8 @@ const Measure& ao_measure() {
   return measure;
 }
 
-/// All settings: 8 to 1024 rays, with and without smoothing; 64 to 512 views.
-std::vector<AoSetting> all_settings() {
+/// Returns all settings: 8 to 1024 rays, each with and without smoothing, and 64 to 512 views.
+std::vector<AoSetting> list_settings() {
   std::vector<AoSetting> settings;
   const auto add = [&](const std::string& family, const char* what, std::uint32_t count,
                        const std::string& flags) {
@@ -45,17 +45,19 @@ std::vector<AoSetting> all_settings() {
 
 double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 
-/// Finds the best setting within a limit: the limit bounds one figure of a setting, and the other figure decides. Adds
-/// the setting to the report and the lines. If no setting is within the limit, adds the one nearest to it.
-/// \param key  key in the report
-template <class Bounded, class Wanted>
+/// Adds the best setting within a limit to the report and to the lines: among the marks for which `bounded` is at most
+/// the limit, the one with the smallest value of `minimised`. If there is none, adds the mark with the smallest value
+/// of `bounded`.
+/// \param key   key in the report
+/// \param unit  unit of the limit in the line of text
+template <class Bounded, class Minimised>
 void add_best_within_limit(const char* key, double limit, const std::string& unit,
-                           const Bounded& bounded, const Wanted& wanted,
+                           const Bounded& bounded, const Minimised& minimised,
                            const std::vector<Mark>& marks, ChartGroup& group) {
   const auto is_worse = [&](const Mark& a, const Mark& b) {
     const bool is_a_within = bounded(a) <= limit, is_b_within = bounded(b) <= limit;
     if (is_a_within != is_b_within) return is_b_within;
-    return is_a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
+    return is_a_within ? minimised(a) > minimised(b) : bounded(a) > bounded(b);
   };
   const Mark* best = &marks.front();
   for (const Mark& mark : marks) {
@@ -76,33 +78,33 @@ void add_best_within_limit(const char* key, double limit, const std::string& uni
 
 std::vector<std::string> ao_setting_names() {
   std::vector<std::string> names;
-  for (const AoSetting& setting : all_settings()) names.push_back(setting.name);
+  for (const AoSetting& setting : list_settings()) names.push_back(setting.name);
   return names;
 }
 
 std::vector<AoSetting> ao_settings(const ChartArguments& a) {
-  std::vector<AoSetting> named = all_settings();
-  std::erase_if(named, [&](const AoSetting& setting) { return !a.names(setting.name); });
-  return a.ao && named.empty() ? all_settings() : named;
+  std::vector<AoSetting> named = list_settings();
+  std::erase_if(named, [&](const AoSetting& setting) { return !a.selects(setting.name); });
+  return a.ao && named.empty() ? list_settings() : named;
 }
 
 bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const ChartArguments& a,
             const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
   BakeOptions bake_with;
-  // The map that all settings bake.
+  // All settings bake ambient occlusion, the map that uses both options.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
   bake_with.width = bake_with.height = *a.size;
   bake_with.match.max_distance = a.search_distance();
   bake_with.report.recall = 0;
-  bake_with.progress = steps.within();
+  bake_with.progress = steps.step_progress();
   bake_with.report.errors = true;
   std::vector<Mark> marks;
   for (const AoSetting& setting : settings) {
-    if (!steps.at("measuring ambient occlusion, " + setting.label)) return false;
-    bake_with.occlusion = bake_job(setting.flags).bake.occlusion;
+    if (!steps.start("measuring ambient occlusion, " + setting.label)) return false;
+    bake_with.occlusion = parse_bake_job(setting.flags).bake.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     if (baked.report.errors.empty()) {
@@ -111,7 +113,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
                       " texels a side at which a point of the high poly is found, so no ambient "
                       "occlusion can be compared: use a larger --size.");
     }
-    // the error relative to more rays from the same points
+    // Difference to a map with more rays from the same points
     const MapError& e = baked.report.errors.front();
     marks.push_back({setting.name, setting.label, setting.family});
     marks.back().figures =
@@ -122,8 +124,8 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   }
   bake_with.report.errors = false;
   const bool timed = time_in_turns(marks, a.repeat, [&](std::size_t i, const std::string& note) {
-    if (!steps.at("timing ambient occlusion, " + marks[i].label + note)) return Json();
-    bake_with.occlusion = bake_job(settings[i].flags).bake.occlusion;
+    if (!steps.start("timing ambient occlusion, " + marks[i].label + note)) return Json();
+    bake_with.occlusion = parse_bake_job(settings[i].flags).bake.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     steps.done += 1;
     return baked.cancelled ? Json() : Json(baked.report.seconds_detail);

@@ -1,4 +1,4 @@
-// Charts all matches, speed against accuracy.
+// Charts the speed and the accuracy of all matches.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -20,8 +20,8 @@
 namespace kiln::cli {
 namespace {
 
-/// Formats a chain for --fallback.
-std::string chain_text(const std::vector<MatchMethod>& fallback) {
+/// Formats a chain of fallback matches as the value of --fallback.
+std::string format_chain(const std::vector<MatchMethod>& fallback) {
   std::string names;
   for (const MatchMethod next : fallback) {
     names += (names.empty() ? "" : ",") + std::string(next.name);
@@ -29,12 +29,13 @@ std::string chain_text(const std::vector<MatchMethod>& fallback) {
   return names.empty() ? "low" : names;
 }
 
-/// Texels per side for Tarini's measures, with one sample per texel.
+/// Texels per side of the map in which the measures of Tarini et al. are computed, with one sample per texel.
 constexpr std::uint32_t kAssessedSize = 256;
 
-/// Measures by Tarini et al. 2003, sections 4.1, 4.2.1 and 4.3; then rendered normals against the high poly's over
-/// held-out views; then the map against the reference map, over texels that both maps have and that the reference
-/// matched.
+/// Returns all measures: three of Tarini et al. 2003 (sections 4.1, 4.2.1 and 4.3); the mean angle between rendered
+/// normals of the low and the high poly in held-out views; and the mean angle between the map and the reference map,
+/// over the texels of common_texels().
+/// \param degrees_without_map  the mean angle between rendered normals without a map, for a title
 std::vector<Measure> measures(double degrees_without_map = 0) {
   return {{"object_space", "object_space_percent",
            "Object space: distance from the point that the map shows to that of the high poly",
@@ -51,7 +52,7 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
            "Mean angle, degrees"},
           {"map_error", "map_error.mean_angle_degrees", "", ""}};
 }
-constexpr std::size_t kDrawnMeasures = 4;  // number of measures in the plot, from the first one on
+constexpr std::size_t kDrawnMeasures = 4;  // The plot shows the first 4 measures
 
 /// Columns of the table of all settings.
 const std::vector<Column>& columns() {
@@ -91,21 +92,23 @@ constexpr MarkStyle kStyles[] = {{"rays", "rays", "^", "#222222"},
 class MatchChart : public ChartKind {
  public:
   explicit MatchChart(const ChartArguments& a)
-      : ChartKind(a, "pair", "pairs"), candidate_settings_(chart_settings()), ao_(ao_settings(a)) {
+      : ChartKind(a, "pair", "pairs"),
+        candidate_settings_(chart_settings()),
+        ao_settings_(ao_settings(a)) {
     inputs.clear();
     for (std::size_t i = 0; i < a.meshes.size(); i += 2) inputs.push_back(a.meshes[i]);
     if (!a.settings.empty()) {
       candidate_settings_ = all_chart_settings();
       std::erase_if(candidate_settings_, [&](const ChartSetting& setting) {
-        return !a.names(setting.name) && setting.name != kChartReference;
+        return !a.selects(setting.name) && setting.name != kChartReference;
       });
     }
     options = fields("settings ao_settings", {Json::array(), Json::array()});
     for (const ChartSetting& setting : candidate_settings_)
       options["settings"].push_back(setting.name);
-    for (const AoSetting& setting : ao_) options["ao_settings"].push_back(setting.name);
-    title = ao_.empty() ? "Normal maps: speed against accuracy of every match"
-                        : "Speed against accuracy: every match, and ambient occlusion";
+    for (const AoSetting& setting : ao_settings_) options["ao_settings"].push_back(setting.name);
+    title = ao_settings_.empty() ? "Normal maps: speed against accuracy of every match"
+                                 : "Speed against accuracy: every match, and ambient occlusion";
     subtitle = std::to_string(*a.size) + " × " + std::to_string(*a.size) + " maps, ";
     seconds_title = "Seconds to match, hierarchy and views included";
     styles = kStyles;
@@ -122,20 +125,20 @@ class MatchChart : public ChartKind {
   bool check_inputs(const Progress& progress) override {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (!progress(0, "reading " + low_path(i))) return false;
-      lows_.push_back(load_low(low_path(i), "", warnings, load_options(a_, MeshSide::low)));
+      low_meshes_.push_back(load_low(low_path(i), "", warnings, load_options(a_, MeshSide::low)));
     }
     return ChartKind::check_inputs(progress);
   }
 
   void read(std::size_t i) override { high_ = read_high(a_, inputs[i], warnings); }
 
-  /// Bakes once with every setting to measure the errors, which are equal in every run, then alternately with all
-  /// settings to measure the seconds, each time from a new Source.
+  /// Bakes once with every setting to measure the errors, which are equal in every run. Then bakes alternately with all
+  /// settings to measure the seconds; each of these bakes makes its own Source.
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
     if (!progress(0, "preparing the high poly")) return std::nullopt;
     device_ = &device;
-    low_ = &lows_[i];
+    low_ = &low_meshes_[i];
     source_.emplace(device, high_.mesh);
     add_warnings(source_->warnings(), warnings);
     const Mesh &high = high_.mesh, &low = *low_;
@@ -148,7 +151,7 @@ class MatchChart : public ChartKind {
                 kChartReference, select_suitable_settings()});
     steps_ = Steps(progress);
     // In the progress, a bake with measurements counts as two bakes without measurements.
-    steps_.count = static_cast<double>((marks_.size() + ao_.size()) * (2 + a_.repeat));
+    steps_.count = static_cast<double>((marks_.size() + ao_settings_.size()) * (2 + a_.repeat));
     if (!measure_settings(group_.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) {
       return bake_setting(k, "timing " + marks_[k].label + note).seconds;
@@ -163,7 +166,8 @@ class MatchChart : public ChartKind {
     for (std::size_t m = 0; m < kDrawnMeasures; ++m) {
       group_.panels.push_back(chart_panel(marks_, measures(degrees_without_map)[m]));
     }
-    if (!ao_.empty() && !add_ao(device, high, low, a_, ao_, steps_, group_)) return std::nullopt;
+    if (!ao_settings_.empty() && !add_ao(device, high, low, a_, ao_settings_, steps_, group_))
+      return std::nullopt;
     return group_;
   }
 
@@ -175,7 +179,8 @@ class MatchChart : public ChartKind {
     Json seconds;  ///< Seconds of the run; null if cancelled
   };
 
-  /// Selects the settings that suit the pair. \returns all other settings, with reasons
+  /// Selects the settings that suit the pair of meshes.
+  /// \returns the settings that do not suit it, with the reasons, for the report
   Json select_suitable_settings() {
     const UvOptions uv = uv_options(high_);
     std::vector<OmittedSetting> left_out;
@@ -194,12 +199,13 @@ class MatchChart : public ChartKind {
       marks_.push_back({setting.name, setting.label, setting.family});
       marks_.back().figures = fields("name label family samples match fallback",
                                      {setting.name, setting.label, setting.family, bake.samples,
-                                      bake.match.method.name, chain_text(bake.match.fallback)});
+                                      bake.match.method.name, format_chain(bake.match.fallback)});
     }
     return describe_left_out(left_out, "setting");
   }
 
-  /// The bake options of a setting with size, search distance (unless a cage sets it), and the found cage.
+  /// Makes the bake options of a setting, with the map size, and with the search distance unless a cage determines it.
+  /// \param cage  receives the cage if the setting computes one; must outlive the options
   BakeOptions bake_options(const ChartSetting& setting, std::uint32_t size, const Source& source,
                            std::optional<FoundCage>& cage) const {
     BakeOptions bake_with = setting.bake;
@@ -212,16 +218,16 @@ class MatchChart : public ChartKind {
     return bake_with;
   }
 
-  /// Bakes with a setting. "total" is the wall-clock time in seconds from the mesh to the map, both in host memory; the
-  /// time of the match alone starts with the high poly on the device.
+  /// Bakes with a setting, and measures the seconds of each stage. "total" is the wall-clock time from the mesh to the
+  /// map, both in host memory. The time of the match begins when the high poly is on the device.
   Baked bake_setting(std::size_t i, const std::string& stage) {
-    if (!steps_.at(stage)) return {};
+    if (!steps_.start(stage)) return {};
     Stopwatch watch;
     const Source source(*device_, high_.mesh);
     const double upload = watch.lap();
     std::optional<FoundCage> cage;
     BakeOptions bake_with = bake_options(settings_[i], *a_.size, source, cage);
-    bake_with.progress = steps_.within();
+    bake_with.progress = steps_.step_progress();
     const double seconds_cage = cage ? watch.lap() : 0;
     Baked baked{bake(source, *low_, bake_with), {}};
     if (baked.result.cancelled) return {};
@@ -234,14 +240,16 @@ class MatchChart : public ChartKind {
     return baked;
   }
 
-  /// Returns the first bake of a setting, which is cached until it has been measured. \returns null if cancelled
-  const BakeResult* first_bake(std::size_t i) {
-    if (first_.contains(i)) return &first_[i];
+  /// Bakes with a setting for the first time, or returns the cached result of that bake. Results are cached until their
+  /// errors have been measured. \returns null if cancelled
+  const BakeResult* get_first_bake(std::size_t i) {
+    if (first_bakes_.contains(i)) return &first_bakes_[i];
     Baked baked = bake_setting(i, "baking with " + marks_[i].label);
-    return baked.seconds.is_null() ? nullptr : &(first_[i] = std::move(baked.result));
+    return baked.seconds.is_null() ? nullptr : &(first_bakes_[i] = std::move(baked.result));
   }
 
-  /// Measures a setting's matches with one sample per texel, which suffices.
+  /// Matches with a setting, and computes the measures of Tarini et al., with one sample per texel of a small map.
+  /// \param used  view directions of matches, which the measurement avoids
   MatchAssessment assess_setting(const ChartSetting& setting, const std::vector<Vec3>& used) {
     std::optional<FoundCage> cage;
     BakeOptions bake_with = bake_options(setting, kAssessedSize, *source_, cage);
@@ -252,23 +260,25 @@ class MatchChart : public ChartKind {
     AssessOptions assess_with;
     assess_with.directions = *a_.directions;
     assess_with.avoid = used;
-    assess_with.progress = steps_.within();
+    assess_with.progress = steps_.step_progress();
     return assess(*source_, *low_, *baked.match, assess_with);
   }
 
-  /// A mask of texels that both maps cover and that the reference matched.
+  /// Makes a mask of the texels that both maps cover and that have a match in the reference.
   Image common_texels(const BakeResult& reference, const BakeResult& other) const {
-    constexpr std::uint8_t kBaked = 1, kMissed = 2;  // values of BakeResult::coverage
+    // Values of BakeResult::coverage
+    constexpr std::uint8_t kCoverageBaked = 1, kCoverageMissed = 2;
     Image mask{*a_.size, *a_.size, 1, std::vector<float>(reference.coverage.size())};
     for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
-      const bool covered = other.coverage[i] == kBaked || other.coverage[i] == kMissed;
-      mask.pixels[i] = covered && reference.coverage[i] == kBaked ? 1.0F : 0.0F;
+      const bool covered =
+          other.coverage[i] == kCoverageBaked || other.coverage[i] == kCoverageMissed;
+      mask.pixels[i] = covered && reference.coverage[i] == kCoverageBaked ? 1.0F : 0.0F;
     }
     return mask;
   }
 
-  /// Adds a setting's views to its part of the report, and labels its mark if the number of views was chosen
-  /// automatically.
+  /// Adds the views of a setting's match to its part of the report. If Kiln chose the number of views, the mark's label
+  /// shows it.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
     marks_[i].figures.update(fields(
@@ -278,41 +288,41 @@ class MatchChart : public ChartKind {
     if (options.automatic)
       marks_[i].label = std::to_string(views.directions.size()) + " views chosen";
     if (options.size == 0)
-      group_.note = "views of " + std::to_string(views.size) + "² pixels where none are named";
+      group_.note =
+          "views of " + std::to_string(views.size) + "² pixels unless a setting names a size";
   }
 
   /// Measures the errors of all settings. \returns false if cancelled
   bool measure_settings(Json& report) {
-    // The reference's map must be baked first, and so must settings with adaptive views, since held-out views must
-    // differ from their views.
-    first_.clear();
+    // The reference must be baked before the measurements, which compare with it. Settings whose views Kiln chooses
+    // must be baked before the held-out views are chosen, since these must differ from all views of matches.
+    first_bakes_.clear();
     const BakeResult* reference = nullptr;
     std::vector<Vec3> used_views;
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       const MatchOptions& match = settings_[i].bake.match;
       const bool is_reference = marks_[i].name == kChartReference;
-      const BakeResult* kept_bake = nullptr;
+      const BakeResult* first = nullptr;
       if (is_reference || match.views.automatic) {
-        kept_bake = first_bake(i);
-        if (kept_bake == nullptr) return false;
+        first = get_first_bake(i);
+        if (first == nullptr) return false;
       }
-      if (is_reference) check_result((reference = kept_bake)->report, high_.mesh, *low_);
+      if (is_reference) check_result((reference = first)->report, high_.mesh, *low_);
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
-      const std::vector<Vec3> directions = kept_bake != nullptr
-                                               ? kept_bake->report.views->directions
-                                               : spread_views(*match.views.count);
+      const std::vector<Vec3> directions =
+          first != nullptr ? first->report.views->directions : spread_views(*match.views.count);
       used_views.insert(used_views.end(), directions.begin(), directions.end());
     }
     const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used_views, kMinHeldOutAngle);
     report["measured_from"] =
         describe_views(held_out, *a_.pixels, least_angle_degrees(held_out, used_views));
-    if (!steps_.at("drawing the high poly")) return false;
+    if (!steps_.start("drawing the high poly")) return false;
     const NormalReference pictures(Scene(*device_, high_.mesh), high_.mesh, angles_of(held_out),
                                    *a_.pixels);
     double max_distance = 0;
     for (std::size_t i = 0; i < marks_.size(); ++i) {
-      const BakeResult* const first = first_bake(i);
-      if (first == nullptr || !steps_.at("measuring " + marks_[i].label)) return false;
+      const BakeResult* const first = get_first_bake(i);
+      if (first == nullptr || !steps_.start("measuring " + marks_[i].label)) return false;
       const BakeResult& result = *first;
       const Image& map = result.maps[0].image;
       const Image mask = common_texels(*reference, result);
@@ -333,7 +343,7 @@ class MatchChart : public ChartKind {
       add_figures(result.report, error, picture, assessed, marks_[i].figures);
       max_distance = std::max(max_distance, result.report.max_distance);
       add_warnings(result.report.warnings, settings_warnings);
-      if (first != reference) first_.erase(i);
+      if (first != reference) first_bakes_.erase(i);
       steps_.done += 1;
     }
     report["max_distance_world"] = max_distance;
@@ -361,16 +371,17 @@ class MatchChart : public ChartKind {
   }
 
   std::vector<ChartSetting> candidate_settings_;
-  std::vector<AoSetting> ao_;
-  std::vector<Mesh> lows_;
+  std::vector<AoSetting> ao_settings_;
+  std::vector<Mesh> low_meshes_;
   HighPolyInput high_;
-  // the pair of meshes that is being measured
+  // State of the pair of meshes that is being measured
   const Device* device_ = nullptr;
   const Mesh* low_ = nullptr;
   std::optional<Source> source_;
   std::vector<ChartSetting> settings_;
-  std::vector<Mark> marks_;                  ///< marks in the order of the settings
-  std::map<std::size_t, BakeResult> first_;  ///< results of first_bake()
+  std::vector<Mark> marks_;  ///< One mark for each element of settings_
+  std::map<std::size_t, BakeResult>
+      first_bakes_;  ///< Cached results of get_first_bake(), by setting
   ChartGroup group_;
   Steps steps_{nullptr};
 };

@@ -8,7 +8,7 @@
 namespace kiln::cli {
 namespace {
 
-/// A compared setting, as flags of `kiln bake`.
+/// A setting that charts compare. `flags` are the flags of `kiln bake` that make it.
 struct NamedSetting {
   const char *name, *label, *family, *flags;
 };
@@ -41,7 +41,7 @@ constexpr NamedSetting kSettings[] = {
     {"hybrid", "hybrid, texels", "visibility", "--match hybrid --visibility-at texel"},
     {"uv", "same UVs", "uv", "--match uv"}};
 
-/// Settings that are only compared if they are named: other directions and cages, for hard surfaces.
+/// Settings for hard surfaces, with other ray directions or a cage, which are only compared if --settings names them.
 constexpr NamedSetting kHardOnly[] = {
     {"ray_nearest", "nearest face, averaged", "directions", "--ray nearest --direction averaged"},
     {"ray_averaged", "averaged", "directions", "--direction averaged"},
@@ -51,13 +51,13 @@ constexpr NamedSetting kHardOnly[] = {
     {"cage_3_averaged", "cage 3%, averaged", "cages", "--cage 3% --direction averaged"}};
 
 ChartSetting setting_of(const NamedSetting& row) {
-  const Job job = bake_job(row.flags);
+  const Job job = parse_bake_job(row.flags);
   return {row.name, row.label, row.family, job.bake, job.cage_auto};
 }
 
 }  // namespace
 
-Job bake_job(const std::string& flags) {
+Job parse_bake_job(const std::string& flags) {
   Job job;
   std::istringstream flag_words(flags);
   for (std::string flag, value; flag_words >> flag >> value;) {

@@ -1,4 +1,5 @@
-// Charts maps from volumes, speed against accuracy: made directly from the voxels, or baked from the full contour.
+// Charts the speed and the accuracy of normal maps of volumes, which are computed directly from the voxels, or baked
+// from the full contour.
 #include <algorithm>
 #include <utility>
 
@@ -24,7 +25,7 @@ constexpr std::uint32_t kMaxMapSize = 8192;
 struct VolumeMapMethod {
   /// Name, label and family as in Mark; the name excludes the map size
   std::string name, label, family;
-  /// Flags of `kiln bake` for a bake from the full contour; nullopt: no bake
+  /// Flags of `kiln bake` for a bake from the full contour; nullopt if the method does not bake
   std::optional<std::string> flags;
   bool at_all_sizes;  ///< True if the method is also charted at half and at twice the size
 };
@@ -33,7 +34,7 @@ bool is_without_map(const VolumeMapMethod& method) { return method.name == "none
 /// True for the map that extract() makes.
 bool is_made_by_extract(const VolumeMapMethod& method) { return method.name == "direct"; }
 
-/// All methods that are compared.
+/// Returns all methods that are compared.
 std::vector<VolumeMapMethod> volume_map_methods() {
   return {{"none", "no map", "none", std::nullopt, false},
           {"direct", "direct", "direct", std::nullopt, true},
@@ -43,8 +44,9 @@ std::vector<VolumeMapMethod> volume_map_methods() {
           {"closest", "nearest points", "closest", "--match closest", true}};
 }
 
-/// Mean angles: between the map's texels and the field's gradient along the shading normal; and between rendered
-/// normals and those of the full contour, over held-out views.
+/// Returns the two measures: the mean angle between the map's texels and the volume's gradient, which is read along the
+/// shading normal, and the mean angle between rendered normals of the low poly and of the full contour in held-out
+/// views.
 const std::vector<Measure>& measures() {
   static const std::vector<Measure> all_measures = {
       {"gradient_error", "gradient_error.mean_angle_degrees",
@@ -60,11 +62,11 @@ struct SizeData {
   std::uint32_t size = 0;
   ExtractResult low_poly;
   std::optional<GradientReference> along_normals, along_faces;
-  std::optional<ExtractReport> timed;  ///< Report of the extraction in the current run
-  double seconds = 0;                  ///< Seconds of the extraction in `timed`
+  std::optional<ExtractReport> timed;  ///< Report of the extraction that the current run has timed
+  double seconds = 0;                  ///< Seconds of that extraction
 };
 
-double contour_seconds(const ContourReport& r) {
+double sum_contour_seconds(const ContourReport& r) {
   return r.seconds_scan + r.seconds_outer + r.seconds_hermite + r.seconds_vertices +
          r.seconds_quads;
 }
@@ -95,7 +97,8 @@ class VolumesChart : public ChartKind {
     extract_.flip_y = false;
     extract_.raw = false;
     if (!a.settings.empty()) {
-      std::erase_if(methods_, [&](const VolumeMapMethod& method) { return !a.names(method.name); });
+      std::erase_if(methods_,
+                    [&](const VolumeMapMethod& method) { return !a.selects(method.name); });
     }
     options = describe(a.surface);
     options["chart_border"] = extract_.border_texels;
@@ -119,12 +122,12 @@ class VolumesChart : public ChartKind {
     device_ = &device;
     steps_ = Steps(progress);
     sizes_.clear();
-    if (!steps_.at("contouring in full")) return std::nullopt;
+    if (!steps_.start("contouring in full")) return std::nullopt;
     high_ = contour(device, volume_, extract_.contour);
     for (const std::uint32_t size : {*a_.size / 2, *a_.size, 2 * *a_.size}) {
       if (!add_size(size)) return std::nullopt;
     }
-    plan();
+    make_marks();
     ChartGroup group;
     group.report = fields("volume full_contour_triangles",
                           {describe(volume_, inputs[i]), high_.triangles.size()});
@@ -140,7 +143,7 @@ class VolumesChart : public ChartKind {
          {{"size", "size", 0},
           {"texels a cell", "texels_per_cell", 2},
           {"texels", "covered_texels", 0},
-          {"without the surface in reach", "no_surface_texels", 0},
+          {"surface out of reach", "no_surface_texels", 0},
           {"on the volume's border", "border_texels", 0},
           {"where the field is flat", "flat_texels", 0}},
          group.report.at("sizes")},
@@ -175,7 +178,7 @@ class VolumesChart : public ChartKind {
     SizeData* size_data;
   };
 
-  ExtractOptions extract_at(std::uint32_t size) const {
+  ExtractOptions make_extract_options(std::uint32_t size) const {
     ExtractOptions sized_options = extract_;
     sized_options.size = size;
     return sized_options;
@@ -183,11 +186,11 @@ class VolumesChart : public ChartKind {
 
   BakeOptions bake_options(const VolumeMapMethod& method, std::uint32_t size,
                            Progress progress) const {
-    BakeOptions bake = bake_job(*method.flags).bake;
+    BakeOptions bake = parse_bake_job(*method.flags).bake;
     bake.width = bake.height = size;
     bake.encoding.space = NormalMapSpace::object;
     bake.match.max_distance = a_.search_distance();
-    // The padding is limited to the border of charts, so that charts do not overwrite each other.
+    // The padding is at most as wide as the charts' border, so that charts do not overwrite each other.
     bake.encoding.gutter = static_cast<std::int32_t>(extract_.border_texels);
     bake.progress = std::move(progress);
     return bake;
@@ -198,9 +201,9 @@ class VolumesChart : public ChartKind {
         methods_.begin(), methods_.end(),
         [&](const VolumeMapMethod& method) { return method.at_all_sizes || size == *a_.size; });
     if (!is_selected || size < 16 || size > kMaxMapSize) return true;
-    if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
+    if (!steps_.start("extracting for " + std::to_string(size) + "²")) return false;
     try {
-      sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
+      sizes_.push_back({size, extract(*device_, volume_, make_extract_options(size)), {}, {}, {}});
     } catch (const Error& error) {
       // A smaller map may have too few texels to hold all charts.
       const bool is_map_too_small =
@@ -211,8 +214,8 @@ class VolumesChart : public ChartKind {
     return true;
   }
 
-  /// Lists the marks, ordered by method, then by map size.
-  void plan() {
+  /// Makes the marks and their tasks, ordered by method, then by map size.
+  void make_marks() {
     marks_.clear();
     tasks_.clear();
     for (const VolumeMapMethod& method : methods_) {
@@ -233,7 +236,7 @@ class VolumesChart : public ChartKind {
     steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
   }
 
-  /// Measures the errors of all marks, size by size. \returns false if cancelled
+  /// Measures the errors of all marks. \returns false if cancelled
   bool measure_errors_of_marks(Json& report) {
     const Source source(*device_, high_);
     const Length reach = a_.search_distance();
@@ -241,7 +244,7 @@ class VolumesChart : public ChartKind {
     const double distance = reach.relative ? reach.value * diagonal : reach.value;
     Json sizes = Json::array();
     for (SizeData& size_data : sizes_) {
-      if (!steps_.at("reading the gradient")) return false;
+      if (!steps_.start("reading the gradient")) return false;
       const ExtractReport& low = size_data.low_poly.report;
       for (const GradientLine line : {GradientLine::shading, GradientLine::face}) {
         (line == GradientLine::face ? size_data.along_faces : size_data.along_normals)
@@ -259,8 +262,8 @@ class VolumesChart : public ChartKind {
                                {low.faces, low.quads, low.triangles, low.error, low.parts});
     }
     report.update(fields("diagonal max_distance_world sizes", {diagonal, distance, sizes}));
-    if (!steps_.at("drawing the full contour")) return false;
-    const NormalReference pictures(Scene(*device_, high_), high_, usual_held_out_angles(),
+    if (!steps_.start("drawing the full contour")) return false;
+    const NormalReference pictures(Scene(*device_, high_), high_, default_held_out_angles(),
                                    *a_.pixels);
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       if (!measure_mark(i, source, pictures)) return false;
@@ -274,10 +277,11 @@ class VolumesChart : public ChartKind {
     const SizeData& size_data = *tasks_[i].size_data;
     const Mesh& low = size_data.low_poly.mesh;
     Json& figures = marks_[i].figures;
-    if (!steps_.at("measuring " + marks_[i].label)) return false;
+    if (!steps_.start("measuring " + marks_[i].label)) return false;
     Image map;
     if (method.flags) {
-      BakeResult result = bake(source, low, bake_options(method, size_data.size, steps_.within()));
+      BakeResult result =
+          bake(source, low, bake_options(method, size_data.size, steps_.step_progress()));
       if (result.cancelled) return false;
       const BakeReport& report = result.report;
       check_result(report, high_, low);
@@ -308,22 +312,24 @@ class VolumesChart : public ChartKind {
     return true;
   }
 
-  /// Times a mark, from the volume in memory to low poly and map: the full contour; simplification, and UVs if there is
-  /// a map; upload of the high poly; splatting, or the rest of the bake. A stage that several marks share is timed once
-  /// per run, and its time is added to each of them. \returns null if cancelled
+  /// Measures the seconds of a mark, from the volume in memory to low poly and map. The stages are: the full contour;
+  /// simplification, and the unwrap if there is a map; for bakes the upload of the high poly and the bake, otherwise
+  /// the splatting of the map. A stage that several marks share is timed once per run, and its time counts for each of
+  /// them.
+  /// \returns null if cancelled
   Json time_mark(std::size_t i, const std::string& note) {
     const auto& [method, size_data] = tasks_[i];
     const std::uint32_t size = size_data->size;
-    if (!steps_.at("timing " + marks_[i].label + note)) return {};
+    if (!steps_.start("timing " + marks_[i].label + note)) return {};
     Stopwatch watch;
     if (i == 0) {
       high_ = contour(*device_, volume_, extract_.contour);
-      contour_time_ = watch.lap();
+      contour_seconds_ = watch.lap();
       for (SizeData& other : sizes_) other.timed.reset();
     }
     if (!size_data->timed) {
       watch.lap();
-      size_data->timed = extract(*device_, volume_, extract_at(size)).report;
+      size_data->timed = extract(*device_, volume_, make_extract_options(size)).report;
       size_data->seconds = watch.lap();
     }
     steps_.done += 1;
@@ -331,7 +337,7 @@ class VolumesChart : public ChartKind {
     const auto seconds = [](double total, double contour, double low, double build, double map) {
       return fields("total contour light build map", {total, contour, low, build, map});
     };
-    const double contour = contour_seconds(low_poly.contour);
+    const double contour = sum_contour_seconds(low_poly.contour);
     const double simplify = low_poly.seconds_simplify, low = simplify + low_poly.seconds_atlas;
     if (is_without_map(*method)) return seconds(contour + simplify, contour, simplify, 0, 0);
     if (is_made_by_extract(*method))
@@ -339,25 +345,25 @@ class VolumesChart : public ChartKind {
     watch.lap();
     const Source source(*device_, high_);
     const double upload = watch.lap();
-    const BakeResult result =
-        bake(source, size_data->low_poly.mesh, bake_options(*method, size, steps_.within(0)));
+    const BakeResult result = bake(source, size_data->low_poly.mesh,
+                                   bake_options(*method, size, steps_.step_progress(0)));
     if (result.cancelled) return {};
     const double remaining = watch.lap(), build = result.report.seconds_build;
-    return seconds(contour_time_ + low + upload + remaining, contour_time_, low, upload + build,
-                   remaining - build);
+    return seconds(contour_seconds_ + low + upload + remaining, contour_seconds_, low,
+                   upload + build, remaining - build);
   }
 
   std::vector<VolumeMapMethod> methods_;
-  ExtractOptions extract_;  ///< options of extract() except the size
+  ExtractOptions extract_;  ///< Options of extract(); make_extract_options() sets the map size
   Volume volume_;
-  // the volume that is being measured
+  // State of the volume that is being measured
   const Device* device_ = nullptr;
   Mesh high_;
   std::vector<SizeData> sizes_;
   std::vector<Mark> marks_;
-  std::vector<Task> tasks_;  ///< tasks in the order of the marks
+  std::vector<Task> tasks_;  ///< One task for each element of marks_
   Steps steps_{nullptr};
-  double contour_time_ = 0;  ///< seconds of the full contour in the current run
+  double contour_seconds_ = 0;  ///< Seconds in which the current run made the full contour
 };
 
 }  // namespace

@@ -1,3 +1,4 @@
+// `kiln chart`: declares and checks its arguments, and selects the kind of chart.
 #include <algorithm>
 #include <memory>
 
@@ -19,7 +20,7 @@ using Arguments = ChartArguments;
 /// The value of --settings that selects the settings for hard surfaces.
 constexpr const char* kHardSurfaceGroup = "hard";
 
-/// Names of all settings that plots about meshes compare.
+/// Returns the names of all settings that charts of meshes compare.
 std::vector<std::string> mesh_setting_names() {
   std::vector<std::string> names;
   for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
@@ -27,7 +28,7 @@ std::vector<std::string> mesh_setting_names() {
   return names;
 }
 
-/// Names of the settings of all plots, without duplicates.
+/// Returns the names of the settings of all charts, without duplicates.
 std::vector<std::string> setting_names() {
   std::vector<std::string> names = mesh_setting_names();
   for (const std::string& name : volume_setting_names()) {
@@ -36,14 +37,14 @@ std::vector<std::string> setting_names() {
   return names;
 }
 
-/// Rows of the chart's options, except those of volumes.
+/// Returns the rows of the options that only `kiln chart` has, without those of volumes.
 std::vector<OptionRow> chart_rows() {
   std::vector<std::string> settings = setting_names();
   settings.emplace_back(kHardSurfaceGroup);
   return {
       {"--repeat", "", integer(KILN_MEMBER(Arguments, repeat), 1, 1000),
-       "Timed runs of each setting, whose median is charted; they follow a run that compiles the "
-       "kernels and measures the errors"},
+       "Number of timed runs of each setting; their median is charted. An untimed run before them "
+       "compiles the kernels and measures the errors"},
       {"--ao", "", toggle(KILN_MEMBER(Arguments, ao)),
        "Also chart ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 views, "
        "compared with 4096 rays; takes minutes at 1024 texels a side",
@@ -58,24 +59,24 @@ std::vector<OptionRow> chart_rows() {
        "and for plans",
        "-"},
       {"--max-error", "", texts(KILN_MEMBER(Arguments, max_errors), ','),
-       "With --plan: largest errors of the plans, degrees, separated by commas (default: three "
-       "between the best and the worst)"},
+       "With --plan: maximum errors of the plans in degrees, separated by commas (default: three "
+       "between the largest and the smallest error of the charted low polys)"},
       {"--screen", "", text(KILN_MEMBER(Arguments, screen)),
        "With --plan: the largest size at which the mesh will be seen, such as 600px; plans and the "
        "grid are measured at that size, by mean normals of pixels"},
       {"--settings", "", list_option(KILN_MEMBER(Arguments, settings), settings, ','),
-       "Some of the settings, by their names in chart.csv, separated by commas; for meshes the "
+       "Settings to compare: their names in chart.csv, separated by commas; for meshes the "
        "reference, " +
            std::string(kChartReference) +
-           ", is always included. hard: directions and cages, for hard surfaces (default: all but "
-           "those)"}};
+           ", is always included. hard: a choice for hard surfaces, with other ray directions and "
+           "cages (default: all settings without other directions and cages)"}};
 }
 
 bool is_volume(const Arguments& a, const std::string& path) {
   return a.surface.is_raw() || is_volume_name(path);
 }
 
-/// Flags that only apply to surfaces of volumes.
+/// Returns the flags that only apply to volumes.
 std::set<std::string> volume_flags() {
   std::set<std::string> flags;
   for (const OptionRow& row : surface_rows(/*iso_required=*/false)) flags.insert(row.flag);
@@ -83,7 +84,7 @@ std::set<std::string> volume_flags() {
   return flags;
 }
 
-/// Rejects settings that do not exist for the kind of input. \throws Error(usage)
+/// Checks that all names in --settings are among those of the kind of input, such as "meshes". \throws Error(usage)
 void check_settings(const Arguments& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
@@ -98,11 +99,11 @@ void check_alike(const Arguments& a, bool volumes) {
     if (is_volume(a, path) == volumes) continue;
     const auto is = [&](bool volume) { return volume ? " is a volume" : " is not a volume"; };
     fail_usage("'" + path + "'" + is(!volumes) + ", but '" + a.meshes.front() + "'" + is(volumes) +
-               ": give volumes alone, or meshes alone, HIGH LOW.");
+               ": give only volumes, or only meshes.");
   }
 }
 
-// Checks all arguments before any work. \throws Error(usage)
+// ---- Checks of all arguments, before any work. They throw Error(usage). ----
 
 void check_volumes(const Arguments& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
@@ -110,18 +111,19 @@ void check_volumes(const Arguments& a) {
   refuse_flags(a,
                {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--high-normals",
                 "--height", "--extent", "--ao", "--ao-error", "--ao-budget", "--directions"},
-               "meshes and height fields, but " + volume + " is a volume.");
+               "is for meshes and height fields, but " + volume + " is a volume.");
   cli::check(a.surface);
   check_settings(a, volume_setting_names(), "volumes");
 }
 
-/// Checks the files of the arguments. \param high, low  files of meshes
+/// Checks the flags that depend on the kinds of files. \param high, low  files of the high and the low polys
 void check_files(const Arguments& a, const std::vector<std::string>& high,
                  const std::vector<std::string>& low) {
-  refuse_flags(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is not a volume.");
+  refuse_flags(a, volume_flags(),
+               "is for volumes, but '" + a.meshes.front() + "' is not a volume.");
   if (std::none_of(high.begin(), high.end(), is_height_field)) {
     refuse_flags(a, {"--height", "--extent", "--no-data"},
-                 "height fields (PNG, EXR or TIFF), but no HIGH is one.");
+                 "is for height fields, but no HIGH is a height field (PNG, EXR or TIFF).");
   }
   check_mesh_frame(a.frame, high, low, {});
 }
@@ -133,7 +135,7 @@ void check_meshes(const Arguments& a) {
   check_settings(a, mesh_setting_names(), "meshes");
   if (ao_settings(a).empty()) {
     refuse_flags(a, {"--ao-error", "--ao-budget"},
-                 "choosing a setting of ambient occlusion, but none is charted: add --ao.");
+                 "chooses a setting of ambient occlusion, which is not charted: add --ao.");
   }
   refuse_if(a.ao_error == 0, "--ao-error is 0, but must be above 0, such as 2/255.");
   if (a.meshes.size() % 2 != 0) {
@@ -143,11 +145,11 @@ void check_meshes(const Arguments& a) {
 }
 
 void check_plan(const Arguments& a) {
-  refuse_flags(
-      a,
-      {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
-       "--directions", "--pixels"},
-      "charts of matches, but --plan draws a chart of file sizes: give only one of the two.");
+  refuse_flags(a,
+               {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
+                "--directions", "--pixels"},
+               "is for charts of matches, but --plan draws a chart of file sizes: leave one of the "
+               "two out.");
   if (is_volume(a, a.meshes.front())) {
     fail_usage("'" + a.meshes.front() +
                "' is a volume, but --plan takes only high polys: give meshes.");
@@ -155,8 +157,8 @@ void check_plan(const Arguments& a) {
   check_files(a, a.meshes, {});
 }
 
-/// Rejects inputs that are names of settings, since "--settings a b" without a comma would read b as a mesh. \throws
-/// Error(usage)
+/// Rejects inputs that have the name of a setting: in "--settings a b", which lacks a comma, b is parsed as a mesh.
+/// \throws Error(usage)
 void check_no_settings(const Arguments& a) {
   std::vector<std::string> names = setting_names();
   std::sort(names.begin(), names.end());
@@ -175,7 +177,7 @@ int run(const Arguments& a, const Json& options) {
   const bool volumes = is_volume(a, a.meshes.front());
   check_no_settings(a);
   check_alike(a, volumes);
-  if (!a.plan) refuse_flags(a, {"--screen", "--max-error"}, "charts of plans: add --plan.");
+  if (!a.plan) refuse_flags(a, {"--screen", "--max-error"}, "is for charts of plans: add --plan.");
   (a.plan ? check_plan : volumes ? check_volumes : check_meshes)(a);
   const std::unique_ptr<ChartKind> kind = (a.plan    ? chart_of_plans
                                            : volumes ? chart_of_volumes
@@ -184,7 +186,8 @@ int run(const Arguments& a, const Json& options) {
   for (const char* ending : {".json", ".csv", ".md", "_ao.csv"}) {
     outputs.push_back(fs::path(a.out) / (std::string(kChartName) + ending));
   }
-  for (const std::string& file : plot_files(kChartName)) outputs.push_back(fs::path(a.out) / file);
+  for (const std::string& file : list_plot_files(kChartName))
+    outputs.push_back(fs::path(a.out) / file);
   check_paths({a.meshes.begin(), a.meshes.end()}, outputs);
   return run_chart(a, options, *kind);
 }
@@ -197,14 +200,16 @@ Run add_chart(Command& app) {
   OptionRow files[] = {
       {.flag = "HIGH",
        .value = texts(KILN_MEMBER(Arguments, meshes)),
-       .help = "High polys (meshes, or height fields: PNG, EXR), each with its low poly, with UVs: "
-               "a row of panels a pair. Or volumes with --iso, a row of panels each. Or high polys "
-               "alone with --plan",
+       .help =
+           "High polys (meshes, or height fields: PNG, EXR), each followed by its low poly with "
+           "UVs; or volumes, with --iso; or only high polys, with --plan. Each pair, volume or "
+           "high poly gets a row of panels",
        .required = true},
       {.flag = "--out",
        .value = text(KILN_MEMBER(Arguments, out)),
-       .help = "Folder for chart.json, .csv, .md and .png, and chart_plot.json, what the picture "
-               "shows",
+       .help =
+           "Folder for chart.json, .csv, .md and .png, and for chart_plot.json, the data of the "
+           "picture",
        .required = true},
   };
   files[0].value.words = "LOW [HIGH2 LOW2 ...]";

@@ -19,7 +19,7 @@
 namespace kiln::cli {
 namespace {
 
-std::vector<std::string> lines_of(const LayoutRating& r, std::uint32_t size) {
+std::vector<std::string> format_rating(const LayoutRating& r, std::uint32_t size) {
   const std::string charts = with_commas(r.charts), seams = with_commas(r.seams);
   const std::string triangles = with_commas(r.triangles), mirrored = with_commas(r.mirrored);
   return {formatted("stretch (1 is none): L2 %.3f, Linf %.3f", r.stretch_l2, r.stretch_linf),
@@ -51,7 +51,7 @@ int rate_layout_of(const MeasureArguments& a) {
   const LayoutRating r = rate_layout(device, mesh, size, size);
   run.warnings.insert(run.warnings.end(), r.warnings.begin(), r.warnings.end());
   run.seconds["rate"] = r.seconds;
-  run.lines = lines_of(r, size);
+  run.lines = format_rating(r, size);
   const Json rating = fields(
       "triangles degenerate flat mirrored area stretch_l2 stretch_linf uniformity_percent "
       "texels_per_unit charts seams seam_length texels used overlap",
@@ -61,7 +61,7 @@ int rate_layout_of(const MeasureArguments& a) {
        r.charts, r.seams, r.seam_length, r.texels, r.used, r.overlap});
   run.report.update(fields("inputs options layout", {fields("low", {describe(mesh, a.high)}),
                                                      fields("size", {size}), rating}));
-  return run.end();
+  return run.finish();
 }
 
 Run add_measure(Command& app) {
@@ -79,19 +79,22 @@ Run add_measure(Command& app) {
        .required = true},
       {.flag = "LOW",
        .value = text(KILN_MEMBER(Job, low)),
-       .help = "The low poly, with UVs; optional with --study views, which then makes one"},
+       .help = "The low poly, with UVs; if it is left out, --study views makes one"},
       {.flag = "--out",
        .value = text(KILN_MEMBER(Job, out)),
        .help = "Folder for measure.png and the measures as textures (EXR); with --study for "
                "study_<what>.csv, .png and _plot.json"},
       {.flag = "--visibility-at",
        .value = list_option(KILN_MEMBER(Job, visibility_at), names_of(Words(kVisibilityAtWords))),
-       .help = "Rate visibility and hybrid with directions gathered per texel, vertex or face; may "
-               "be repeated (default: texel)"},
+       .help =
+           "Where the matches visibility and hybrid gather directions: per texel, vertex or face; "
+           "may be repeated to rate several (default: texel)"},
       {.flag = "--study",
        .value = word(KILN_MEMBER(Job, study), kStudies),
-       .help = "What varies: the number of depth views, the low poly's faces, or its faces and the "
-               "map's size (the size is otherwise --size, default 1024)"},
+       .help =
+           "What the study varies: views, the number of depth views; faces, the low poly's faces; "
+           "size, both the low poly's faces and the map's size, which is --size in the other "
+           "studies (default 1024)"},
       {.flag = "--views",
        .value = integer(KILN_MEMBER(Job, views), 1, 128),
        .help = "With --study faces or size: number of depth views (default 12)"},
@@ -117,18 +120,19 @@ Run add_measure(Command& app) {
     if (!a->low.empty()) low.push_back(a->low);
     check_mesh_frame(a->bake.frame, high, low, a->bake.occluders);
     a->given = given_flags(*command);
-    bool has_match_flag = false;  // true if an option was given that does not apply to a layout
+    bool has_rating_flag =
+        false;  // true if a flag was given that has no effect on the rating of a UV layout
     for (const std::string& flag : a->given) {
       static const std::set<std::string> layout_flags = {"--size", "--json", "--quiet", "--device"};
-      has_match_flag =
-          has_match_flag || !(layout_flags.contains(flag) || mesh_flags.contains(flag));
+      has_rating_flag =
+          has_rating_flag || !(layout_flags.contains(flag) || mesh_flags.contains(flag));
       if (!a->matching_flags.contains(flag)) continue;
       a->bake.given.insert(flag);
       if (a->study.empty() || mesh_flags.contains(flag) || flag == "--high-normals") continue;
-      fail_usage(flag + " is for rating matches: leave it or --study out.");
+      fail_usage(flag + " is for rating matches: leave this flag out, or leave --study out.");
     }
     if (!a->study.empty()) return run_study(*a);
-    return a->low.empty() && !has_match_flag ? rate_layout_of(*a) : run_rating(*a);
+    return a->low.empty() && !has_rating_flag ? rate_layout_of(*a) : run_rating(*a);
   };
 }
 

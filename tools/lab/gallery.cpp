@@ -22,28 +22,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Memory that the last picture needs in addition to the first: pictures and sheets, a map with its errors, memory that
-/// bakes retain (measured: 20 MiB), and the high poly's BVH (measured: 87 bytes per face at 300,000).
-std::uint64_t further_bytes(const PictureGeometry& picture, std::uint64_t methods,
-                            std::uint64_t texels, std::uint64_t faces) {
-  constexpr std::uint64_t kBytesOfFace = 80, kBytesOfBake = 16 << 20,
-                          kBytesOfTexel = 4 * sizeof(float);
-  return bytes_of(picture, 2 * methods + 5) + kBytesOfTexel * texels + kBytesOfBake +
-         kBytesOfFace * faces;
+/// Estimates the bytes that a gallery allocates after its first picture: further pictures and sheets, a map with its
+/// errors, memory that bakes do not release (measured: 20 MiB), and the high poly's BVH (measured: 87 bytes per face of
+/// a mesh of 300,000 faces).
+std::uint64_t estimate_further_bytes(const PictureGeometry& picture, std::uint64_t methods,
+                                     std::uint64_t texels, std::uint64_t faces) {
+  constexpr std::uint64_t kBytesPerFace = 80, kRetainedBytes = 16 << 20,
+                          kBytesPerTexel = 4 * sizeof(float);
+  return bytes_of(picture, 2 * methods + 5) + kBytesPerTexel * texels + kRetainedBytes +
+         kBytesPerFace * faces;
 }
 
 /// Draws and saves all pictures, and adds them to the report. \returns false if cancelled
-/// \throws Error(input) if no match finds a point, or if a given match does not suit the meshes
-bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& low,
+/// \throws Error(input) if a match finds no point, or if a match that --match names does not suit the meshes
+bool make_gallery(const Device& device, const HighPolyInput& high_input, const Mesh& low,
                   const LabArguments& a, RenderOptions view, LabRun& run) {
   const fs::path folder = a.out;
   const auto save = [&](const Image& image, const std::string& name, ImageFormat format) {
     run.outputs.push_back((folder / name).string());
     save_image(image, run.outputs.back(), {format});
   };
-  Steps steps(run.within(0.05, 0.95));
-  if (!steps.at("preparing the high poly")) return false;
-  const Mesh& high = dense.mesh;
+  Steps steps(run.partial_progress(0.05, 0.95));
+  if (!steps.start("preparing the high poly")) return false;
+  const Mesh& high = high_input.mesh;
   const Source source(device, high);
   run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
   std::vector<std::string> methods = a.matches;
@@ -51,7 +52,7 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   std::erase_if(methods, [&](const std::string& name) {
     std::optional<OmittedSetting> unsuitable =
         explain_unsuitable(find_match(name).method, "--match " + name, source, high, low,
-                           uv_options(dense), a.was_given("--match"));
+                           uv_options(high_input), a.was_given("--match"));
     if (unsuitable) left_out.push_back({name, unsuitable->reason});
     return unsuitable.has_value();
   });
@@ -62,26 +63,26 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   RenderOptions flat = view;
   flat.flat = true;
   const std::uint64_t remaining_bytes =
-      further_bytes(original.geometry(view), methods.size(), std::uint64_t{*a.size} * *a.size,
-                    high.triangles.size());
+      estimate_further_bytes(original.geometry(view), methods.size(),
+                             std::uint64_t{*a.size} * *a.size, high.triangles.size());
   std::vector<Panel> panels = {
       {draw_with_room(original, view, remaining_bytes),
        {"high poly", plural(high.triangles.size(), "face"), ""}},
       {unmapped_low.draw(flat), {"low poly", plural(low.triangles.size(), "face"), ""}}};
-  const std::vector<ViewAngles> held_out = usual_held_out_angles();
+  const std::vector<ViewAngles> held_out = default_held_out_angles();
   AnglePictures angles;
   angles.add(original, unmapped_low, view);
   Json figures = Json::array();
   BakeOptions bake_with;
   bake_with.width = bake_with.height = *a.size;
   bake_with.match.max_distance = a.search_distance();
-  bake_with.match.uv = uv_options(dense);
+  bake_with.match.uv = uv_options(high_input);
   for (const std::string& method : methods) {
-    if (!steps.at("matching by " + method)) return false;
+    if (!steps.start("matching by " + method)) return false;
     bake_with.match.method = find_match(method).method;
-    bake_with.progress = steps.within(0.6);
+    bake_with.progress = steps.step_progress(0.6);
     const BakeResult baked = bake(source, low, bake_with);
-    if (baked.cancelled || !steps.at("drawing")) return false;
+    if (baked.cancelled || !steps.start("drawing")) return false;
     const BakeReport& report = baked.report;
     check_result(report, high, low);
     const Scene mapped(device, low, {&baked.maps[0].image});
@@ -90,7 +91,8 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
     panels.push_back({mapped.draw(view),
                       {method, "normals off " + fixed_text(mean, 2) + " degrees",
                        plural(report.missed, "texel") + " missed"}});
-    save(normal_error_texture(texel_views, original, mapped, high, held_out, *a.size, *a.pixels),
+    save(make_normal_error_texture(texel_views, original, mapped, high, held_out, *a.size,
+                                   *a.pixels),
          low.name + "_" + method + "_normal_error.exr", ImageFormat::exr_float);
     figures.push_back(fields("method mean_angle_degrees texels warnings",
                              {method, mean, describe_texels(report), describe(report.warnings)}));
@@ -116,7 +118,7 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
 
 int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
   check_mesh_frame(a.frame, {a.high}, {a.low}, {});
-  a.search_distance();  // throws if the distance is invalid, before any work
+  a.search_distance();  // rejects an invalid --max-distance before any work
   if (a.matches.empty()) a.matches = match_names();
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = *a.picture_size;
@@ -126,20 +128,21 @@ int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
 
   const Device device = Device::open(a.device);
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
-  HighPolyInput dense = load_high(a.high, a.heights, run.warnings, load_options(a, MeshSide::high));
-  shade(a.frame.shading, dense, run.warnings);
+  HighPolyInput high_input =
+      load_high(a.high, a.heights, run.warnings, load_options(a, MeshSide::high));
+  shade(a.frame.shading, high_input, run.warnings);
   const Mesh low = load_low(a.low, "", run.warnings, load_options(a, MeshSide::low));
   run.record_stage("load");
   Json options = values_json(rows, &a);
   if (!is_height_field(a.high)) options["height"] = {};
   options.update(describe_view(view));
-  run.report.update(
-      fields("device inputs options",
-             {describe(device.info()),
-              fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}), options}));
-  if (!make_gallery(device, dense, low, a, view, run)) return kExitCancelled;
+  run.report.update(fields(
+      "device inputs options",
+      {describe(device.info()),
+       fields("high low", {describe(high_input.mesh, a.high), describe(low, a.low)}), options}));
+  if (!make_gallery(device, high_input, low, a, view, run)) return kExitCancelled;
   run.record_stage("draw");
-  return run.end();
+  return run.finish();
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 using Arguments = LabArguments;
 
-std::vector<OptionRow> all_rows() {
+std::vector<OptionRow> list_all_rows() {
   std::vector<OptionRow> rows = {
       {"--match", "", list_option(KILN_MEMBER(Arguments, matches), match_names()),
        "A match, as in kiln bake; may be repeated (default: all that suit the meshes)"},
@@ -44,7 +44,7 @@ Length LabArguments::search_distance() const {
 }
 
 std::vector<OptionRow> lab_rows(const std::set<std::string_view>& flags) {
-  std::vector<OptionRow> rows = all_rows();
+  std::vector<OptionRow> rows = list_all_rows();
   std::erase_if(rows, [&](const OptionRow& row) { return !flags.contains(row.flag); });
   return rows;
 }

@@ -1,4 +1,4 @@
-// Defines arguments of the lab's commands. Each command uses some rows of one table.
+// Arguments that several lab commands share. Each command selects its rows of one option table.
 #pragma once
 
 #include <cstdint>
@@ -39,8 +39,9 @@ std::vector<OptionRow> lab_rows(const std::set<std::string_view>& flags);
 /// The view as JSON with "view", "zoom", "at", "z_up" and "square".
 Json describe_view(const RenderOptions& view);
 
-/// Makes an option that is a list of choices. \param delimiter  separator of the choices; 0: the flag is repeated for
-/// each
+/// Makes an option whose value is a list of the given words.
+/// \param delimiter  separator of the words in the value; 0: the flag is given once for each word
+
 template <typename Job>
 OptionValue list_option(Member<Job, std::vector<std::string>> member,
                         const std::vector<std::string>& words, char delimiter = 0) {

@@ -11,13 +11,13 @@ LabRun::LabRun(const LabArguments& arguments)
   if (!json.empty()) prepare_parent(json);
 }
 
-Progress LabRun::within(double from, double to) {
+Progress LabRun::partial_progress(double from, double to) {
   return [this, from, to](double done, std::string_view stage) {
     return console.progress(from + (to - from) * done, stage);
   };
 }
 
-int LabRun::end() {
+int LabRun::finish() {
   if (!json.empty()) {
     add_closing_keys(report, seconds, watch, outputs, warnings);
     save_report(json, report);

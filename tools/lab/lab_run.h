@@ -15,42 +15,43 @@
 
 namespace kiln::cli {
 
-/// Progress of work in steps.
+/// Divides the progress of some work into `count` steps of equal length.
 class Steps {
  public:
   explicit Steps(Progress progress) : progress_(std::move(progress)) {}
 
-  double count = 1, done = 0;
+  double count = 1, done = 0;  ///< Number of all steps, and of the completed ones
 
-  /// Starts a step. \returns false if cancelled
-  bool at(const std::string& stage) {
+  /// Starts a step, whose name progress reports show. \returns false if cancelled
+  bool start(const std::string& stage) {
     stage_ = stage;
-    return show(0);
+    return report(0);
   }
-  /// Returns a progress callback for a call that makes up one step, or a share of a step.
-  Progress within(double share = 1) {
-    return [this, share](double part, std::string_view) { return show(share * part); };
+  /// Returns a progress callback for a call whose work is one step, or this share of a step.
+  Progress step_progress(double share = 1) {
+    return [this, share](double part, std::string_view) { return report(share * part); };
   }
 
  private:
-  bool show(double more) const { return progress_((done + more) / count, stage_); }
+  bool report(double more) const { return progress_((done + more) / count, stage_); }
 
   Progress progress_;
   std::string stage_;
 };
 
-/// A run of a command: its messages, report and output files.
+/// One run of a lab command: its console messages, its report and its output files.
 struct LabRun {
   /// Prepares the output folder and the destination of the report. \throws Error(output)
   explicit LabRun(const LabArguments& arguments);
 
-  /// Returns a progress callback for a step that takes the run's progress from one fraction to another, each 0 to 1.
-  /// The run must outlive it.
-  Progress within(double from, double to);
-  /// Ends a stage and adds its seconds to the report.
+  /// Returns a progress callback that maps 0 to 1 onto the range from `from` to `to` of the whole run's progress, which
+  /// is 0 to 1 as well. The run must outlive the callback.
+  Progress partial_progress(double from, double to);
+  /// Ends a stage, and adds the seconds since the end of the previous stage to the report.
   void record_stage(const char* stage) { seconds[stage] = watch.lap(); }
-  /// Saves the report, and prints warnings, lines and files. \returns the exit code
-  int end();
+  /// Saves the report, and prints the warnings, the lines and the names of the output files.
+  /// \returns the exit code
+  int finish();
 
   Console console;
   Stopwatch watch;

@@ -13,9 +13,9 @@ namespace kiln::cli {
 
 struct MeasureArguments : LabArguments {
   std::string study;
-  // job of the flags of matching and of maps; other flags have members below
+  // Job that the flags of matching and of maps set; the other flags set the members below.
   Job bake;
-  std::set<std::string> matching_flags;  // names of the flags of matching
+  std::set<std::string> matching_flags;  // Names of the flags that set `bake`
   std::vector<std::string> visibility_at;
   std::optional<std::uint32_t> views, view_size, faces;
 };
@@ -23,7 +23,7 @@ struct MeasureArguments : LabArguments {
 /// Values of --study: "faces", "size" and "views".
 inline const std::vector<std::string> kStudies = {"faces", "size", "views"};
 
-/// Rates the UV layout of HIGH, if there is no LOW. \returns the exit code
+/// Rates the UV layout of HIGH; used if there is no LOW. \returns the exit code
 int rate_layout_of(const MeasureArguments& arguments);
 /// Measures how errors depend on views, faces and map size, for --study. \returns the exit code
 int run_study(MeasureArguments arguments);

@@ -12,11 +12,12 @@
 namespace kiln::cli {
 namespace {
 
+/// Texels per side of the map that is baked to find out whether two UV layouts agree.
 constexpr std::uint32_t kTrialSize = 256;
 
-/// The reason why a match does not suit the meshes; empty if it does.
-std::string reason_unsuitable(MatchMethod method, const Source& source, const Mesh& high,
-                              const Mesh& low, const UvOptions& uv) {
+/// Returns the reason why a match by UVs does not suit the meshes; empty if it does.
+std::string explain_uv_mismatch(MatchMethod method, const Source& source, const Mesh& high,
+                                const Mesh& low, const UvOptions& uv) {
   if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
   BakeOptions trial;
   trial.match.method = method;
@@ -33,10 +34,10 @@ std::string reason_unsuitable(MatchMethod method, const Source& source, const Me
   return {};
 }
 
-// Texels per side of the map of UV coordinates. UVs are linear, so bilinear filtering of the map is exact.
+/// Texels per side of the map that make_uv_map() returns. UVs are linear, so bilinear filtering of the map is exact.
 constexpr std::uint32_t kUvMapSide = 256;
 
-/// Makes a map with u, v and 1 at each texel.
+/// Makes a map with three channels: u and v of the texel's centre, and 1.
 Image make_uv_map() {
   Image map{kUvMapSide, kUvMapSide, 3, {}};
   for (std::uint32_t y = 0; y < kUvMapSide; ++y) {
@@ -53,7 +54,7 @@ Image make_uv_map() {
 void refuse_flags(const LabArguments& a, const std::set<std::string>& flags,
                   const std::string& why) {
   for (const std::string& flag : flags) {
-    refuse_if(a.was_given(flag), flag + " is for " + why);
+    refuse_if(a.was_given(flag), flag + " " + why);
   }
 }
 
@@ -63,7 +64,7 @@ std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions) {
   return angles;
 }
 
-std::vector<ViewAngles> usual_held_out_angles() {
+std::vector<ViewAngles> default_held_out_angles() {
   return angles_of(held_out_views(kHeldOutViews, spread_views(12), kMinHeldOutAngle));
 }
 
@@ -93,11 +94,12 @@ Json describe_left_out(const std::vector<OmittedSetting>& left_out, const char* 
 
 std::optional<OmittedSetting> explain_unsuitable(MatchMethod method, const std::string& name,
                                                  const Source& source, const Mesh& high,
-                                                 const Mesh& low, const UvOptions& uv, bool must) {
+                                                 const Mesh& low, const UvOptions& uv,
+                                                 bool required) {
   if (!obeys(find_match(method.name), "match.uv")) return std::nullopt;
-  const std::string reason = reason_unsuitable(method, source, high, low, uv);
+  const std::string reason = explain_uv_mismatch(method, source, high, low, uv);
   if (reason.empty()) return std::nullopt;
-  if (must) {
+  if (required) {
     throw Error(ErrorCode::input,
                 name + " does not suit '" + high.name + "' and '" + low.name + "': " + reason);
   }
@@ -107,7 +109,7 @@ std::optional<OmittedSetting> explain_unsuitable(MatchMethod method, const std::
 TexelViews::TexelViews(const Device& device, const Mesh& low)
     : map_(make_uv_map()), scene_(device, low, {&map_}) {}
 
-std::vector<std::size_t> TexelViews::texels(RenderOptions view, std::uint32_t size) const {
+std::vector<std::size_t> TexelViews::find_texels(RenderOptions view, std::uint32_t size) const {
   view.samples = 1;
   view.show_normals = false;
   view.show_colors = true;
@@ -124,9 +126,10 @@ std::vector<std::size_t> TexelViews::texels(RenderOptions view, std::uint32_t si
   return texels;
 }
 
-Image normal_error_texture(const TexelViews& texel_views, const Scene& high, const Scene& shown,
-                           const Mesh& frame, const std::vector<ViewAngles>& views,
-                           std::uint32_t size, std::uint32_t pixels) {
+Image make_normal_error_texture(const TexelViews& texel_views, const Scene& high,
+                                const Scene& shown, const Mesh& frame,
+                                const std::vector<ViewAngles>& views, std::uint32_t size,
+                                std::uint32_t pixels) {
   std::vector<double> sums(std::size_t{size} * size);
   std::vector<std::uint32_t> counts(sums.size());
   for (const ViewAngles& angles : views) {
@@ -139,7 +142,7 @@ Image normal_error_texture(const TexelViews& texel_views, const Scene& high, con
     view.trim = false;
     view.show_normals = true;
     const Image error = normal_angles(high.draw(view), shown.draw(view));
-    const std::vector<std::size_t> texels = texel_views.texels(view, size);
+    const std::vector<std::size_t> texels = texel_views.find_texels(view, size);
     for (std::size_t i = 0; i < texels.size(); ++i) {
       if (error.pixels[i] < 0 || texels[i] == TexelViews::kNone) continue;
       sums[texels[i]] += error.pixels[i];

@@ -30,12 +30,13 @@ namespace fs = std::filesystem;
 
 /// A match that is rated.
 struct Rating {
-  std::string
-      name;  ///< Name in files: the method, and where it gathers directions if that was given
+  /// Name in files: the method, followed by the value of --visibility-at if that was given, as in visibility_vertex
+  std::string name;
   std::string method, visibility_at;
-  Json figures = {};  ///< Figures for the report
+  Json figures = {};  ///< The match's part of the report
   std::vector<Warning> warnings = {};
-  /// Pictures in the order of kShownMeasures, one channel; -1 if a pixel does not show LOW, -2 if the value is unknown
+  /// A picture of one channel for each element of kShownMeasures. A pixel is -1 if it does not show LOW, and -2 if its
+  /// value is unknown
   std::vector<Image> pictures = {};
 };
 
@@ -44,7 +45,7 @@ struct Inputs {
   HighPolyInput high;
   Mesh low;
   MatchInputs match;
-  BakeOptions textures;           ///< Options with textures of HIGH that maps need
+  BakeOptions textures;           ///< Bake options with the textures of HIGH that the maps need
   std::vector<std::string> maps;  ///< Names of the maps whose errors are reported
 };
 
@@ -53,9 +54,11 @@ constexpr std::array<const char*, 4> kShownMeasures = {
     "object space, % of the diagonal", "normalised image space, 0 to 1",
     "uniformity, % longer or shorter", "error of the normal, degrees"};
 
-/// Draws the values of a map's texels on the mesh. A pixel shows the value of its texel, or of the nearest texel with a
-/// value, since pixels at the borders of charts may show texels without samples.
-/// \param texels  texel of each pixel; see TexelViews
+/// Draws a texture of values on the mesh. A pixel shows the value of its texel. If that texel has no value, as may
+/// happen at the borders of charts, the pixel shows a nearby texel with a value.
+/// \param texels   texel index of each pixel; see TexelViews
+/// \param picture  a picture of the same view, whose size the result has
+/// \param scale    factor for all values
 Image draw_field(const Image& field, const std::vector<std::size_t>& texels, const Image& picture,
                  double scale) {
   constexpr std::int64_t kMaxSearchPixels = 3;
@@ -81,9 +84,11 @@ Image draw_field(const Image& field, const std::vector<std::size_t>& texels, con
   return result;
 }
 
-/// Pixels per side of a picture in which the mesh covers a fixed area, so that thin meshes get larger pictures.
-std::uint32_t picture_size(const Scene& scene, RenderOptions view) {
-  constexpr double kPictureSide = 330, kMaxPictureSide = 950;  // lengths in pixels
+/// Chooses the pixels of a picture's longer side such that all trimmed pictures have about the same area. Pictures of
+/// thin meshes are longer for that reason.
+std::uint32_t choose_picture_size(const Scene& scene, RenderOptions view) {
+  // Side in pixels of a square with the area of the mesh's picture, and maximum side of the picture.
+  constexpr double kPictureSide = 330, kMaxPictureSide = 950;
   view.size = 256;
   view.samples = 1;
   const Image probe_picture = scene.draw(view);
@@ -95,18 +100,18 @@ std::uint32_t picture_size(const Scene& scene, RenderOptions view) {
 std::vector<Image> draw_pictures(const Scene& original, const Scene& scene,
                                  const TexelViews& texel_views, RenderOptions view,
                                  const AssessmentFields& fields, double diagonal) {
-  if (view.size == 0) view.size = picture_size(scene, view);
+  if (view.size == 0) view.size = choose_picture_size(scene, view);
   view.show_normals = true;
   view.samples = 1;
   Image angle = normal_angles(original.draw(view), scene.draw(view));
-  const std::vector<std::size_t> texels = texel_views.texels(view, fields.object_space.width);
+  const std::vector<std::size_t> texels = texel_views.find_texels(view, fields.object_space.width);
   return {draw_field(fields.object_space, texels, angle, 100 / diagonal),
           draw_field(fields.normalised_image_space, texels, angle, 1),
           draw_field(fields.uniformity, texels, angle, 1), std::move(angle)};
 }
 
-/// The job of the bake with one match.
-Job bake_job_of(const MeasureArguments& a, const std::string& method) {
+/// Makes the job that bakes with one match.
+Job make_bake_job(const MeasureArguments& a, const std::string& method) {
   Job bake = a.bake;
   set_first_input(bake.high, a.high);
   set_first_input(bake.low.given, a.low);
@@ -117,8 +122,8 @@ Job bake_job_of(const MeasureArguments& a, const std::string& method) {
   return bake;
 }
 
-/// Names of the maps whose errors were requested.
-std::vector<std::string> measured_maps(const MeasureArguments& a) {
+/// Returns the names of the maps that --maps and --transfer request, without duplicates; empty without these flags.
+std::vector<std::string> select_measured_maps(const MeasureArguments& a) {
   const bool has_map_flags = a.bake.given.contains("--maps") || a.bake.given.contains("--transfer");
   std::vector<std::string> maps =
       has_map_flags ? all_map_names(a.bake) : std::vector<std::string>();
@@ -128,8 +133,8 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
   return maps;
 }
 
-/// Selects the matches to rate: every method, and methods by visibility once for each --visibility-at. Matches that
-/// ignore the given flags or do not suit the meshes are left out; if such a match was named, this throws.
+/// Selects the matches to rate: each method once, but methods that gather directions once for each --visibility-at.
+/// Leaves out matches that ignore a given flag or do not suit the meshes; if --match names such a match, this throws.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inputs,
                                    const Source& source, std::vector<OmittedSetting>& left_out) {
@@ -137,16 +142,16 @@ std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inpu
   std::vector<Rating> rows;
   for (const std::string& method : a.matches) {
     try {
-      check_resolved_job(bake_job_of(a, method));
+      check_resolved_job(make_bake_job(a, method));
     } catch (const Error& error) {
       if (is_match_given || !a.bake.load_match.empty()) throw;
       left_out.push_back({method, error.what()});
       continue;
     }
-    if (const std::optional<OmittedSetting> left_out_match = explain_unsuitable(
+    if (const std::optional<OmittedSetting> unsuitable = explain_unsuitable(
             find_match(method).method, "--match " + method, source, inputs.high.mesh, inputs.low,
             uv_options(inputs.high), is_match_given)) {
-      left_out.push_back({method, left_out_match->reason});
+      left_out.push_back({method, unsuitable->reason});
       continue;
     }
     if (!obeys(find_match(method), "match.visibility") || a.visibility_at.empty()) {
@@ -160,9 +165,9 @@ std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inpu
   return rows;
 }
 
-/// Converts the arguments to bake options.
+/// Makes the options of the bake that is rated.
 BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const Rating& row) {
-  const Job job = bake_job_of(a, row.method);
+  const Job job = make_bake_job(a, row.method);
   BakeOptions bake_with = options_of(job);
   bake_with.width = bake_with.height = *a.size;
   bake_with.color = inputs.textures.color;
@@ -184,12 +189,12 @@ BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const 
   return bake_with;
 }
 
-/// Compiles the kernels by matching LOW with itself, so that timings exclude compilation. Options that refer to HIGH
-/// are dropped.
-void compile_kernels(const Device& device, const Mesh& low, const MatchOptions& like) {
+/// Compiles the kernels of a match by matching LOW with itself, so that timings exclude compilation. Omits the options
+/// that refer to HIGH.
+void compile_kernels(const Device& device, const Mesh& low, const MatchOptions& match) {
   BakeOptions bake_with;
   bake_with.width = bake_with.height = 16;
-  bake_with.match = like;
+  bake_with.match = match;
   bake_with.match.max_distance = Length::share(0.1);
   bake_with.match.parts = nullptr;
   bake_with.match.cage_mesh = nullptr;
@@ -202,7 +207,7 @@ Json json_of(const Distribution& d, double diagonal) {
                 {d.mean, d.rms, d.median, d.p95, d.p99, d.max, d.mean / diagonal, d.area});
 }
 
-/// Converts distances to world units for the report.
+/// Converts distances to JSON, in world units and as shares of the diagonal.
 Json json_of(const RayMeasure& m, double diagonal) {
   return fields("mean rms mean_of_diagonal rms_of_diagonal share_of_rays",
                 {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
@@ -229,8 +234,8 @@ Json json_of(const MatchAssessment& a) {
               {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
 }
 
-/// Adds the errors of the requested maps. Also lists maps without an error: maps of names and of coverage, and with a
-/// saved match all maps that are not computed by rays.
+/// Adds the errors of the requested maps to the figures, and lists the maps for which bakes report no error: maps of
+/// IDs and of coverage, and with a saved match all maps that are not computed by rays.
 void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Json& figures) {
   std::vector<MapError> errors = bake.errors;
   std::erase_if(errors, [&](const MapError& error) {
@@ -245,8 +250,8 @@ void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Js
   figures["seconds"]["errors"] = bake.seconds_errors;
 }
 
-Json figures_of(const Rating& row, const BakeReport& bake, const MatchAssessment& a,
-                const NormalError& normal) {
+Json describe_rating(const Rating& row, const BakeReport& bake, const MatchAssessment& a,
+                     const NormalError& normal) {
   const double share =
       a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
   Json json =
@@ -260,7 +265,9 @@ Json figures_of(const Rating& row, const BakeReport& bake, const MatchAssessment
   return json;
 }
 
-Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) {
+/// Returns HIGH with vertex colours: grey for vertices that are not rated, green for represented ones, red for lost
+/// ones.
+Mesh color_recall(const Mesh& high, const std::vector<VertexCoverage>& vertices) {
   constexpr std::array<std::array<std::uint8_t, 4>, 3> kColors = {
       {{160, 160, 160, 255}, {60, 160, 75, 255}, {215, 40, 40, 255}}};
   Mesh mesh = high;
@@ -271,8 +278,8 @@ Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) 
   return mesh;
 }
 
-/// Draws the pictures of all matches, in one block per measure.
-Image ratings_picture(const std::vector<Rating>& rows) {
+/// Draws one sheet per measure with the pictures of all matches, and puts the sheets below each other.
+Image draw_ratings(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;
   for (std::size_t m = 0; m < kShownMeasures.size(); ++m) {
@@ -298,8 +305,8 @@ Image ratings_picture(const std::vector<Rating>& rows) {
   return canvas.take();
 }
 
-/// Formats the tables of ratings and of map errors.
-std::vector<std::string> tables_of(const Json& methods, const Json& without_map) {
+/// Formats the lines of two tables: the ratings, and the errors of maps.
+std::vector<std::string> format_tables(const Json& methods, const Json& without_map) {
   static const std::vector<Column> columns = {
       {"match", "name"},
       {"object space %", "object_space.mean_of_diagonal", 4, 100},
@@ -337,7 +344,7 @@ std::vector<std::string> tables_of(const Json& methods, const Json& without_map)
   return lines;
 }
 
-/// Saves measures as textures, and HIGH with its recall as colours.
+/// Saves the measures as EXR textures, and HIGH with colours that show which vertices the map represents.
 void save_textures(const std::string& stem, const AssessmentFields& f, const Image& normal_error,
                    const Mesh& high, const std::vector<VertexCoverage>& recalled,
                    std::vector<std::string>& outputs) {
@@ -349,24 +356,26 @@ void save_textures(const std::string& stem, const AssessmentFields& f, const Ima
     outputs.push_back(stem + "_" + measure + ".exr");
     save_image(*image, outputs.back(), {ImageFormat::exr_float});
   }
-  if (recalled.empty()) return;  // the recall was not measured
+  if (recalled.empty()) return;  // The bake did not rate the vertices
   outputs.push_back(stem + "_recall.obj");
-  save_obj(recall_mesh(high, recalled), outputs.back());
+  save_obj(color_recall(high, recalled), outputs.back());
 }
 
-/// Rates all matches; those that find no point are left out. \returns false if cancelled
+/// Rates all selected matches. Leaves out matches that find no point.
+/// \returns false if cancelled
+/// \throws Error(input) if a match that --match names finds no point, or if all matches find none
 bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
           const RenderOptions& view, LabRun& run, std::vector<Rating>& rated) {
   const Mesh &high = inputs.high.mesh, &low = inputs.low;
-  Steps steps(run.within(0.05, 0.95));
-  if (!steps.at("preparing the high poly")) return false;
+  Steps steps(run.partial_progress(0.05, 0.95));
+  if (!steps.start("preparing the high poly")) return false;
   const Source source(device, high);
   run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
   std::vector<OmittedSetting> left_out;
   std::vector<Rating> rows = select_matches(a, inputs, source, left_out);
   steps.count = static_cast<double>(rows.size());
   const Scene original(device, high);
-  const std::vector<ViewAngles> angles = usual_held_out_angles();
+  const std::vector<ViewAngles> angles = default_held_out_angles();
   const NormalReference reference(original, high, angles, *a.pixels);
   NormalError without_map;
   std::optional<TexelViews> texel_views;
@@ -374,8 +383,8 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
   for (Rating& row : rows) {
     BakeOptions bake_with = bake_options(a, inputs, row);
     compile_kernels(device, low, bake_with.match);
-    if (!steps.at("matching by " + row.name)) return false;
-    bake_with.progress = steps.within(0.2);
+    if (!steps.start("matching by " + row.name)) return false;
+    bake_with.progress = steps.step_progress(0.2);
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     const BakeReport& report = baked.report;
@@ -388,26 +397,26 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     }
     check_result(report, high, low);
     steps.done += 0.2;
-    if (!steps.at("rating " + row.name)) return false;
+    if (!steps.start("rating " + row.name)) return false;
     AssessOptions assess_with;
     assess_with.directions = *a.directions;
     if (report.views) assess_with.avoid = report.views->directions;
     assess_with.fields = !a.out.empty();
-    assess_with.progress = steps.within(0.6);
+    assess_with.progress = steps.step_progress(0.6);
     const MatchAssessment assessed = assess(source, low, *baked.match, assess_with);
     steps.done += 0.6;
-    if (assessed.cancelled || !steps.at("comparing normals")) return false;
+    if (assessed.cancelled || !steps.start("comparing normals")) return false;
     const Image& map = baked.maps[0].image;
     const Scene scene(device, low, {&map});
-    row.figures = figures_of(row, report, assessed, reference.compare(scene));
+    row.figures = describe_rating(row, report, assessed, reference.compare(scene));
     row.warnings = report.warnings;
     if (!inputs.maps.empty()) add_errors(report, inputs.maps, row.figures);
     if (rated.empty()) without_map = reference.compare(scene, true);
     if (texel_views) {
       row.pictures =
           draw_pictures(original, scene, *texel_views, view, assessed.fields, assessed.diagonal);
-      const Image error =
-          normal_error_texture(*texel_views, original, scene, high, angles, *a.size, *a.pixels);
+      const Image error = make_normal_error_texture(*texel_views, original, scene, high, angles,
+                                                    *a.size, *a.pixels);
       const std::string name = a.bake.load_match.empty() ? row.name : "loaded";
       save_textures((fs::path(a.out) / (low.name + "_" + name)).string(), assessed.fields, error,
                     high, baked.recalled, run.outputs);
@@ -430,10 +439,10 @@ void check_rating(const MeasureArguments& a) {
       a.low.empty(),
       "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
       "--study views, faces or size. Without other flags than --size, the UVs of HIGH are rated.");
-  refuse_flags(a, {"--faces"}, "--study: leave it out.");
+  refuse_flags(a, {"--faces"}, "is for --study: leave it out.");
   if (!a.bake.load_match.empty()) {
     refuse_flags(a, {"--match"},
-                 "matching, but --load-match loads a correspondence: leave one of them out.");
+                 "chooses a match, but --load-match loads a saved one: leave one of them out.");
   }
   if (!a.visibility_at.empty() &&
       std::none_of(a.matches.begin(), a.matches.end(), [](const std::string& name) {
@@ -445,7 +454,7 @@ void check_rating(const MeasureArguments& a) {
   a.search_distance();
   if (a.out.empty()) {
     refuse_flags(a, {"--view", "--zoom", "--at", "--square", "--picture-size"},
-                 "pictures: add --out.");
+                 "is for pictures: add --out.");
   }
 }
 
@@ -472,14 +481,14 @@ int run_rating(MeasureArguments a) {
   check_rating(a);
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = a.picture_size.value_or(0);
-  const Job job = bake_job_of(a, default_match());
+  const Job job = make_bake_job(a, default_match());
   check_files(a, job);
   LabRun run(a);
 
   const Device device = Device::open(a.device);
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
   Inputs inputs;
-  inputs.maps = measured_maps(a);
+  inputs.maps = select_measured_maps(a);
   inputs.high = load_high(job.high, a.heights, load_options(a.bake, MeshSide::high),
                           has_more_files(a.bake), run.warnings);
   shade(a.bake.frame.shading, inputs.high, run.warnings);
@@ -500,7 +509,7 @@ int run_rating(MeasureArguments a) {
   if (!a.out.empty()) {
     if (!run.console.progress(0.95, "writing")) return kExitCancelled;
     run.outputs.push_back((fs::path(a.out) / "measure.png").string());
-    save_image(ratings_picture(rows), run.outputs.back(), {ImageFormat::png8});
+    save_image(draw_ratings(rows), run.outputs.back(), {ImageFormat::png8});
   }
   Json methods = Json::array();
   for (const Rating& row : rows) {
@@ -508,7 +517,7 @@ int run_rating(MeasureArguments a) {
     run.settings_warnings.insert(run.settings_warnings.end(), row.warnings.begin(),
                                  row.warnings.end());
   }
-  const std::vector<std::string> tables = tables_of(methods, run.report.at("without_map"));
+  const std::vector<std::string> tables = format_tables(methods, run.report.at("without_map"));
   run.lines.insert(run.lines.begin(), tables.begin(), tables.end());
   Json options = fields(
       "match visibility_at size directions pixels match_flags max_distance height extent",
@@ -520,7 +529,7 @@ int run_rating(MeasureArguments a) {
       "device inputs options methods",
       {describe(device.info()), fields("high low", {describe(high, a.high), describe(low, a.low)}),
        options, methods}));
-  return run.end();
+  return run.finish();
 }
 
 }  // namespace kiln::cli

@@ -32,30 +32,31 @@ constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16,
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 
-// Kinds of maps, each of which is a curve in plots. default_match() stands for rays along the low poly's normals,
-// without views.
+// Names of the curves in plots, one for each way of making a map. A further curve, default_match(), stands for rays
+// along the low poly's normals.
 constexpr const char* kPaperCurve =
-    "paper";  ///< views by smallest depth difference, without refinement of points
+    "paper";  ///< Views chosen by the smallest depth difference; points are not refined
 constexpr const char* kKilnCurve =
-    "kiln";  ///< views by best angle, with points refined to the line along the normal
-constexpr const char* kNone = "none";  ///< no map, only the low poly's own normals
+    "kiln";  ///< Views chosen by the best angle; points are refined to the line along the normal
+constexpr const char* kNoMapCurve = "none";  ///< No map: the low poly is shown with its own normals
 
+/// Path of the mean angle between rendered normals in a setting's figures.
 constexpr const char* kDegreesPath = "normal_error.mean_angle_degrees";
 
 /// A combination of match, views, faces and map size to measure.
 struct Setting {
   std::string curve;
   std::uint32_t views;  ///< Number of views; 0: the match uses no views
-  std::uint32_t faces;  ///< Requested number of faces; for a given LOW its own
+  std::uint32_t faces;  ///< Requested number of faces; if LOW is given, the number of its faces
   std::uint32_t size;   ///< Texels per side of the map; 0: no map
 };
 
 struct Study {
   std::vector<Json> rows;  ///< Figures of all settings, ordered by curve, faces, map size and views
-  std::vector<Json> timing_rows;  ///< Seconds and warnings of the settings
-  /// Settings with the largest and the smallest mean angle among those matched by views
-  std::size_t worst_row = 0, best = 0;
-  /// HIGH's diagonal and the search distance in world units
+  std::vector<Json> timing_rows;  ///< Seconds and warnings of each row
+  /// Indices in `rows` of the settings with the largest and the smallest mean angle, among those that match by views
+  std::size_t worst_row = 0, best_row = 0;
+  /// Length of HIGH's diagonal, and search distance of the matches, both in world units
   double diagonal = 0, max_distance = 0;
 };
 
@@ -83,34 +84,38 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
   const Counts size_counts =
       sizes ? Counts(kStudySizes.begin(), kStudySizes.end()) : Counts{*a.size};
   std::vector<Setting> settings;
-  const auto add = [&](const std::string& curve, const Counts& from, const Counts& maps) {
+  const auto add = [&](const std::string& curve, const Counts& numbers_of_views,
+                       const Counts& map_sizes) {
     for (const std::uint32_t count : faces) {
-      for (const std::uint32_t size : maps) {
-        for (const std::uint32_t number : from) settings.push_back({curve, number, count, size});
+      for (const std::uint32_t size : map_sizes) {
+        for (const std::uint32_t views_count : numbers_of_views) {
+          settings.push_back({curve, views_count, count, size});
+        }
       }
     }
   };
   if (!sizes) add(kPaperCurve, view_counts, size_counts);
   add(kKilnCurve, view_counts, size_counts);
   if (!sizes) add(default_match(), {0}, size_counts);
-  add(kNone, {0}, {0});
+  add(kNoMapCurve, {0}, {0});
   return settings;
 }
 
-/// Makes low polys when they are first used, and caches them.
+/// Makes each low poly when it is first used, and caches it.
 class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
 
-  /// A low poly with UVs for a map of this size; 0: without UVs.
-  const Mesh& low_of(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
+  /// Returns the low poly with this number of faces, and UVs for a map of `size` texels per side. If `size` is 0, it
+  /// has no UVs. If LOW was given, returns LOW.
+  const Mesh& get_low(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
     const auto found = low_by_faces_and_size_.find({faces, size});
     if (found != low_by_faces_and_size_.end()) return found->second;
-    const Mesh& high = size == 0 ? high_ : low_of(faces, 0, warnings);
+    const Mesh& high = size == 0 ? high_ : get_low(faces, 0, warnings);
     const Stopwatch watch;
     Mesh& mesh = low_by_faces_and_size_[{faces, size}];
-    const auto warn = [&](const auto& report) {
+    const auto add_warnings = [&](const auto& report) {
       warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
     };
     if (size == 0) {
@@ -118,26 +123,26 @@ class LowMeshes {
       options.faces = faces;
       SimplifyReport report;
       mesh = simplify(high, options, &report);
-      warn(report);
+      add_warnings(report);
     } else {
       UnwrapReport report;
       mesh = fit_normals(unwrap(high, {UnwrapMethod::pairs, std::max(size, 16U)}, &report), high_);
-      warn(report);
+      add_warnings(report);
     }
     seconds += watch.total();
     return mesh;
   }
 
-  double seconds = 0;  ///< seconds spent on low polys
+  double seconds = 0;  ///< Total time in which low polys were simplified and unwrapped
 
  private:
   const Mesh& high_;
   const Mesh* given_;
-  /// low polys by faces and map size
+  /// The cached low polys by number of faces and map size
   std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> low_by_faces_and_size_;
 };
 
-BakeOptions study_bake_options(const Setting& setting, const MeasureArguments& a) {
+BakeOptions make_bake_options(const Setting& setting, const MeasureArguments& a) {
   BakeOptions bake;
   bake.width = bake.height = setting.size;
   bake.match.max_distance = a.search_distance();
@@ -153,7 +158,7 @@ BakeOptions study_bake_options(const Setting& setting, const MeasureArguments& a
   return bake;
 }
 
-/// Describes distances from the low poly to the matched points, with the share of matched samples.
+/// Describes the distances from the low poly to the matched points, with the number of samples without a point.
 Json error_json(const DistanceError& d, double diagonal) {
   return fields(
       "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "
@@ -166,17 +171,18 @@ Json error_json(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
 }
 
-/// Measures all settings.
-/// \param low  null: low polys are simplified from `high`
-/// \param run  receives data that concern all settings
+/// Bakes and measures all settings of a study.
+/// \param low  the given low poly; if null, low polys are simplified from `high`
+/// \param run  receives the report's data and the warnings that concern all settings
 /// \returns nullopt if cancelled
-/// \throws Error(input) if HIGH has too few faces for a study of faces
+/// \throws Error(input) if HIGH has no more faces than the smallest low poly of a study of faces
 std::optional<Study> measure_study(const Device& device, const Mesh& high, const Mesh* low,
                                    const MeasureArguments& a, const Progress& progress,
                                    LabRun& run) {
   Study study;
   const std::vector<Setting> settings = plan(a, high, low);
-  // All three studies use the same views, so that their figures are comparable.
+  // All three studies measure in the same views, which avoid the views of every study's matches, so that figures of
+  // different studies are comparable.
   std::vector<Vec3> used_views = spread_views(*a.views);
   for (const std::uint32_t count : kStudyViews) {
     const std::vector<Vec3> views_of_count = spread_views(count);
@@ -187,7 +193,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
       describe_views(held_out, *a.pixels, least_angle_degrees(held_out, used_views));
 
   Steps steps(progress);
-  if (!steps.at("preparing the high poly")) return std::nullopt;
+  if (!steps.start("preparing the high poly")) return std::nullopt;
   steps.count = static_cast<double>(settings.size());
   const Source source(device, high);
   study.diagonal = source.stats().diagonal;
@@ -202,24 +208,25 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
   double seconds_bake = 0, seconds_measure = 0;
   for (const Setting& s : settings) {
     const std::string number = std::to_string(study.rows.size() + 1);
-    if (!steps.at("setting " + number + " of " + std::to_string(settings.size()) + ", " + s.curve))
+    if (!steps.start("setting " + number + " of " + std::to_string(settings.size()) + ", " +
+                     s.curve))
       return std::nullopt;
     std::vector<Warning> warnings;
-    const Mesh& mesh = low_meshes.low_of(s.faces, s.size, warnings);
+    const Mesh& mesh = low_meshes.get_low(s.faces, s.size, warnings);
     const bool views = s.views != 0, paper = s.curve == kPaperCurve;
-    const auto only_with_views = [&](const Json& value) { return views ? value : Json(); };
-    BakeOptions bake_with = study_bake_options(s, a);
+    const auto null_without_views = [&](const Json& value) { return views ? value : Json(); };
+    BakeOptions bake_with = make_bake_options(s, a);
     Json figures =
         fields("curve match views view_size view_criterion view_refine target_faces faces size",
-               {s.curve, s.curve == kNone ? Json() : Json(bake_with.match.method.name),
-                only_with_views(s.views), Json(), only_with_views(paper ? "depth" : "angle"),
-                only_with_views(!paper), s.faces, mesh.triangles.size(),
+               {s.curve, s.curve == kNoMapCurve ? Json() : Json(bake_with.match.method.name),
+                null_without_views(s.views), Json(), null_without_views(paper ? "depth" : "angle"),
+                null_without_views(!paper), s.faces, mesh.triangles.size(),
                 s.size != 0 ? Json(s.size) : Json()});
     Stopwatch watch;
     NormalMap map;
     BakeResult result;
-    if (s.curve != kNone) {
-      bake_with.progress = steps.within(0.5);
+    if (s.curve != kNoMapCurve) {
+      bake_with.progress = steps.step_progress(0.5);
       result = bake(source, mesh, bake_with);
       if (result.cancelled) return std::nullopt;
       const BakeReport& report = result.report;
@@ -237,7 +244,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     const NormalError error = reference.compare(scene);
     check_meshes_are_visible(error, high, mesh);
     figures["normal_error"] = describe(error);
-    if (depth_reference && s.curve == kNone) {
+    if (depth_reference && s.curve == kNoMapCurve) {
       figures["depth_difference"] = error_json(depth_reference->compare(scene));
     }
     const double measure_time = watch.lap();
@@ -251,7 +258,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     if (!views) continue;
     const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegreesPath).number(); };
     if (error.mean_degrees > degrees(study.worst_row)) study.worst_row = study.rows.size() - 1;
-    if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
+    if (error.mean_degrees < degrees(study.best_row)) study.best_row = study.rows.size() - 1;
   }
   run.seconds.update(
       fields("low bake measure", {low_meshes.seconds, seconds_bake, seconds_measure}));
@@ -260,8 +267,9 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
 
 // ---- Plots ----
 
-/// Settings of one curve, and of one low poly if `faces` is given, in the study's order.
-std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, double faces = 0) {
+/// Returns the rows of one curve in the study's order.
+/// \param faces  requested number of faces of the low poly; 0: rows of all low polys
+std::vector<Json> select_rows(const Study& study, const std::string& curve, double faces = 0) {
   std::vector<Json> selected_rows;
   for (const Json& row : study.rows) {
     if (row.at("curve").text() == curve && (faces == 0 || row.at("target_faces").number() == faces))
@@ -270,141 +278,146 @@ std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, do
   return selected_rows;
 }
 
-double degrees_of(const Json& row) { return row.at(kDegreesPath).number(); }
+double read_degrees(const Json& row) { return row.at(kDegreesPath).number(); }
 
-/// Finds the first row of a series whose mean angle is within 5% of the smallest one. More views or texels than in that
-/// row gain little.
-const Json& find_sufficient(const std::vector<Json>& series) {
+/// Finds the first row of a series whose mean angle exceeds the smallest one by at most 5%: more views or texels than
+/// in that row hardly reduce the error.
+const Json& find_sufficient_row(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
-  double min_error = degrees_of(series.front());
-  for (const Json& row : series) min_error = std::min(min_error, degrees_of(row));
+  double min_error = read_degrees(series.front());
+  for (const Json& row : series) min_error = std::min(min_error, read_degrees(row));
   return *std::find_if(series.begin(), series.end(), [&](const Json& row) {
-    return degrees_of(row) <= min_error * (1 + kMaxRelativeGain);
+    return read_degrees(row) <= min_error * (1 + kMaxRelativeGain);
   });
 }
 
-/// Makes a curve of two values in each row of a series, given by their paths.
-Json curve_of(const std::string& title, const Json& look, const std::vector<Json>& series,
-              const char* x, const char* y) {
+/// Makes a curve with one point per row of a series.
+/// \param x, y  paths in a row of the point's coordinates
+Json make_curve(const std::string& title, const Json& look, const std::vector<Json>& series,
+                const char* x, const char* y) {
   const auto figure = [](const char* path) {
     return [path](const Json& row) { return row.at(path); };
   };
   return plot_curve(title, look, series, figure(x), figure(y));
 }
 
-Json panel_of(const std::string& y_title, std::initializer_list<Json::Element> curves) {
+Json make_panel(const std::string& y_title, std::initializer_list<Json::Element> curves) {
   Json panel = plot_panel(y_title);
   panel["curves"] = Json::array(curves);
   return panel;
 }
 
-Json plot_of(const std::string& title, const char* x_title, const Json& x_ticks,
-             const Json& panels) {
+Json make_plot(const std::string& title, const char* x_title, const Json& x_ticks,
+               const Json& panels) {
   return fields("kind title x_title x_ticks panels", {"study", title, x_title, x_ticks, panels});
 }
 
-std::string size_text(std::uint32_t size) {
+std::string format_map_size(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-/// Makes the curves of both methods of matching by views.
-Json paper_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("paper: least depth difference", kPaperCurve, rows_of_curve(study, kPaperCurve),
-                  x, y);
-}
-Json kiln_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("Kiln: best angle, refined", kKilnCurve, rows_of_curve(study, kKilnCurve), x, y);
+/// Makes the curve of kPaperCurve, with coordinates at the paths `x` and `y` of a row.
+Json make_paper_curve(const Study& study, const char* x, const char* y) {
+  return make_curve("paper: least depth difference", kPaperCurve, select_rows(study, kPaperCurve),
+                    x, y);
 }
 
-Json views_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
+/// Makes the curve of kKilnCurve, with coordinates at the paths `x` and `y` of a row.
+Json make_kiln_curve(const Study& study, const char* x, const char* y) {
+  return make_curve("Kiln: best angle, refined", kKilnCurve, select_rows(study, kKilnCurve), x, y);
+}
+
+Json make_views_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   const auto panel = [&](const char* title, const char* path, const char* unit) {
-    Json json =
-        panel_of(title, {paper_curve(study, "views", path), kiln_curve(study, "views", path)});
+    Json json = make_panel(
+        title, {make_paper_curve(study, "views", path), make_kiln_curve(study, "views", path)});
     for (const auto& [name, curve] :
          {std::pair<std::string, std::string>{"rays (no views)", default_match()},
-          {"no map", kNone}}) {
-      const double y = rows_of_curve(study, curve).front().at(path).number();
+          {"no map", kNoMapCurve}}) {
+      const double y = select_rows(study, curve).front().at(path).number();
       json["levels"].push_back(
           fields("title look y", {name + ": " + fixed_text(y, 2) + unit, curve, y}));
     }
     return json;
   };
-  Json data =
-      plot_of("Normal error against the number of depth views: " + mesh + ", " +
-                  count_text(study.rows.front().at("faces")) + " faces, " + size_text(*a.size),
-              "Depth views", kStudyViews,
-              Json::array({panel("Mean angle between normals, degrees", kDegreesPath, " degrees"),
-                           panel("Mean 8-bit difference of normals, 0 to 255",
-                                 "normal_error.mean_8bit_difference", "")}));
+  Json data = make_plot(
+      "Normal error against the number of depth views: " + mesh + ", " +
+          count_text(study.rows.front().at("faces")) + " faces, " + format_map_size(*a.size),
+      "Depth views", kStudyViews,
+      Json::array({panel("Mean angle between normals, degrees", kDegreesPath, " degrees"),
+                   panel("Mean 8-bit difference of normals, 0 to 255",
+                         "normal_error.mean_8bit_difference", "")}));
   data["x_note"] = fields("x text", {12, "12: the paper's choice"});
   return data;
 }
 
-Json faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  const std::vector<Json> kiln_rows = rows_of_curve(study, kKilnCurve),
-                          without_map = rows_of_curve(study, kNone);
+Json make_faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
+  const std::vector<Json> kiln_rows = select_rows(study, kKilnCurve),
+                          without_map = select_rows(study, kNoMapCurve);
   const char* faces = "target_faces";
   Json ticks = Json::array();
   for (const Json& row : kiln_rows) ticks.push_back(row.at(faces));
   const std::string search_percent = fixed_text(100 * study.max_distance / study.diagonal, 2);
-  const Json distances = panel_of(
+  const Json distances = make_panel(
       "Distance of the low poly to the high poly, % of the diagonal",
-      {curve_of("farthest (within " + search_percent + "% of the diagonal)", "max", kiln_rows,
-                faces, "distance_error.max_percent_of_diagonal"),
-       curve_of("95th percentile", "p95", kiln_rows, faces,
-                "distance_error.p95_percent_of_diagonal"),
-       curve_of("mean", "mean", kiln_rows, faces, "distance_error.mean_percent_of_diagonal")});
+      {make_curve("farthest (within " + search_percent + "% of the diagonal)", "max", kiln_rows,
+                  faces, "distance_error.max_percent_of_diagonal"),
+       make_curve("95th percentile", "p95", kiln_rows, faces,
+                  "distance_error.p95_percent_of_diagonal"),
+       make_curve("mean", "mean", kiln_rows, faces, "distance_error.mean_percent_of_diagonal")});
   // The depth difference depends only on the mesh, not on its map (Wang et al., figure 3b).
-  const Json depth_reference = panel_of(
+  const Json depth_reference = make_panel(
       "Depth difference in pictures, normalised screen units",
-      {curve_of("mean over 30 views", "mean", without_map, faces, "depth_difference.mean")});
-  const std::vector<Json> rays = rows_of_curve(study, default_match());
-  const Json angles =
-      panel_of("Mean angle between normals, degrees",
-               {paper_curve(study, faces, kDegreesPath), kiln_curve(study, faces, kDegreesPath),
-                curve_of("rays (no views)", default_match(), rays, faces, kDegreesPath),
-                curve_of("no map", kNone, without_map, faces, kDegreesPath)});
-  return plot_of("Errors against the low poly's faces: " + mesh + ", " + plural(*a.views, "view") +
-                     ", " + size_text(*a.size),
-                 "Faces of the low poly", ticks, Json::array({distances, depth_reference, angles}));
+      {make_curve("mean over 30 views", "mean", without_map, faces, "depth_difference.mean")});
+  const std::vector<Json> rays = select_rows(study, default_match());
+  const Json angles = make_panel(
+      "Mean angle between normals, degrees",
+      {make_paper_curve(study, faces, kDegreesPath), make_kiln_curve(study, faces, kDegreesPath),
+       make_curve("rays (no views)", default_match(), rays, faces, kDegreesPath),
+       make_curve("no map", kNoMapCurve, without_map, faces, kDegreesPath)});
+  return make_plot("Errors against the low poly's faces: " + mesh + ", " +
+                       plural(*a.views, "view") + ", " + format_map_size(*a.size),
+                   "Faces of the low poly", ticks,
+                   Json::array({distances, depth_reference, angles}));
 }
 
-Json size_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
+Json make_size_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   Json angles = plot_panel("Mean angle between normals, degrees");
   angles["rings"]["title"] = "larger maps gain less than 5%";
-  const std::vector<Json> without_map = rows_of_curve(study, kNone);
+  const std::vector<Json> without_map = select_rows(study, kNoMapCurve);
   const double last = static_cast<double>(std::max<std::size_t>(2, without_map.size()) - 1);
   double curve_index = 0;
   for (const Json& row : without_map) {
     const std::vector<Json> series =
-        rows_of_curve(study, kKilnCurve, row.at("target_faces").number());
-    angles["curves"].push_back(curve_of(count_text(row.at("target_faces")) + " faces (no map: " +
-                                            fixed_text(degrees_of(row), 2) + ")",
-                                        curve_index++ / last, series, "size", kDegreesPath));
-    const Json& smallest_sufficient = find_sufficient(series);
+        select_rows(study, kKilnCurve, row.at("target_faces").number());
+    angles["curves"].push_back(make_curve(count_text(row.at("target_faces")) + " faces (no map: " +
+                                              fixed_text(read_degrees(row), 2) + ")",
+                                          curve_index++ / last, series, "size", kDegreesPath));
+    const Json& smallest_sufficient = find_sufficient_row(series);
     if (&smallest_sufficient == &series.back()) continue;
     angles["rings"]["x"].push_back(smallest_sufficient.at("size"));
-    angles["rings"]["y"].push_back(degrees_of(smallest_sufficient));
+    angles["rings"]["y"].push_back(read_degrees(smallest_sufficient));
   }
-  return plot_of(
+  return make_plot(
       "Normal error against map size and faces: " + mesh + ", " + plural(*a.views, "view"),
       "Texels a side of the map", kStudySizes, Json::array({angles}));
 }
 
 // ---- Text ----
 
-/// Finds the number of views for each curve, or the map size for each number of faces, beyond which little is gained.
+/// Finds the number of views beyond which the error of a curve hardly falls, or the map size beyond which the error of
+/// a low poly hardly falls. The keys are the curves, or the numbers of faces.
 Json find_sufficient_counts(const Study& study, const MeasureArguments& a) {
   Json smallest_sufficient = Json::object();
   if (a.study == "views") {
     for (const char* curve : {kPaperCurve, kKilnCurve}) {
-      smallest_sufficient[curve] = find_sufficient(rows_of_curve(study, curve)).at("views");
+      smallest_sufficient[curve] = find_sufficient_row(select_rows(study, curve)).at("views");
     }
   } else if (a.study == "size") {
-    for (const Json& row : rows_of_curve(study, kNone)) {
+    for (const Json& row : select_rows(study, kNoMapCurve)) {
       const double faces = row.at("target_faces").number();
       smallest_sufficient[text_of(faces)] =
-          find_sufficient(rows_of_curve(study, kKilnCurve, faces)).at("size");
+          find_sufficient_row(select_rows(study, kKilnCurve, faces)).at("size");
     }
   }
   return smallest_sufficient;
@@ -436,14 +449,18 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   const Json levels = find_sufficient_counts(study, a);
   std::vector<std::string> findings;
   for (const std::string& key : levels.keys()) {
-    findings.push_back(
-        key + (a.study == "views" ? ": views" : " faces: texels a side") +
-        " within 5% of the smallest mean error: " + text_of(levels.at(key).number()));
+    const std::string level = text_of(levels.at(key).number());
+    findings.push_back(a.study == "views"
+                           ? key + ": from " + level +
+                                 " views, the mean error is within 5% of the smallest"
+                           : key + " faces: from " + level +
+                                 " texels a side, the mean error is within 5% of "
+                                 "the smallest");
   }
   run.lines.insert(run.lines.end(), findings.begin(), findings.end());
   run.report.update(fields("study diagonal max_distance_world settings worst best findings",
                            {a.study, study.diagonal, study.max_distance, settings, study.worst_row,
-                            study.best, findings}));
+                            study.best_row, findings}));
   if (!levels.empty()) run.report["levels_off_at"] = levels;
 }
 
@@ -454,24 +471,25 @@ void check_study(const MeasureArguments& a) {
   refuse_flags(a,
                {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--z-up",
                 "--square", "--picture-size"},
-               "rating matches: leave it or --study out.");
+               "is for rating matches: leave this flag out, or leave --study out.");
   refuse_if(a.out.empty(), "--study needs --out, a folder for its data and pictures.");
-  const std::string ignored = "what --study " + a.study + " does not vary: leave it out.";
+  const std::string ignored = "has no effect with --study " + a.study + ": leave it out.";
   if (a.study == "views") refuse_flags(a, {"--views"}, ignored);
   if (a.study != "views") refuse_flags(a, {"--faces"}, ignored);
   if (a.study == "size") refuse_flags(a, {"--size"}, ignored);
   if (a.low.empty()) return;
   refuse_if(a.study != "views", "--study " + a.study + " makes its own low polys, but LOW '" +
-                                    a.low + "' is given: leave it out.");
+                                    a.low + "' is given: leave LOW out.");
   refuse_flags(a, {"--faces"},
-               "making a low poly, but LOW '" + a.low + "' is given: leave one of them out.");
+               "is the size of a low poly that Kiln makes, but LOW '" + a.low +
+                   "' is given: leave --faces or LOW out.");
 }
 
 }  // namespace
 
 int run_study(MeasureArguments a) {
   check_study(a);
-  a.search_distance();  // throws if the distance is invalid, before any work
+  a.search_distance();  // rejects an invalid --max-distance before any work
   a.views = a.views.value_or(12);
   a.size = a.size.value_or(1024);
   a.faces = a.faces.value_or(2000);
@@ -481,10 +499,10 @@ int run_study(MeasureArguments a) {
 
   const Device device = Device::open(a.device);
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
-  HighPolyInput dense =
+  HighPolyInput high_input =
       load_high(a.high, a.heights, run.warnings, load_options(a.bake, MeshSide::high));
-  shade(a.bake.frame.shading, dense, run.warnings);
-  const Mesh high = std::move(dense.mesh);
+  shade(a.bake.frame.shading, high_input, run.warnings);
+  const Mesh high = std::move(high_input.mesh);
   std::optional<Mesh> low;
   if (!a.low.empty()) {
     low = load_low(a.low, ", or leave LOW out", run.warnings, load_options(a.bake, MeshSide::low));
@@ -492,22 +510,23 @@ int run_study(MeasureArguments a) {
   run.record_stage("load");
 
   constexpr double kProgressAtSave = 0.97;
-  const Progress progress = run.within(0.02, kProgressAtSave);
+  const Progress progress = run.partial_progress(0.02, kProgressAtSave);
   const std::optional<Study> study =
       measure_study(device, high, low ? &*low : nullptr, a, progress, run);
   if (!study) return kExitCancelled;
   run.record_stage("study");
 
   if (!run.console.progress(kProgressAtSave, "writing")) return kExitCancelled;
-  const Plot plot = {"study_" + a.study, (a.study == "faces"  ? faces_plot
-                                          : a.study == "size" ? size_plot
-                                                              : views_plot)(*study, a, high.name)};
+  const Plot plot = {"study_" + a.study,
+                     (a.study == "faces"  ? make_faces_plot
+                      : a.study == "size" ? make_size_plot
+                                          : make_views_plot)(*study, a, high.name)};
   run.outputs = {(folder / (plot.name + ".csv")).string()};
   save_text(run.outputs[0], csv(study->rows));
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
   run.record_stage("save");
 
-  // The report has the effective options; null if the study varies an option, or does not use it.
+  // The report has the effective value of each option, or null if the study varies the option or does not use it.
   const bool views = a.study == "views";
   run.report.update(fields(
       "device inputs options",
@@ -521,7 +540,7 @@ int run_study(MeasureArguments a) {
             views && a.low.empty() ? Json(*a.faces) : Json(),
             is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights)})}));
   add_report(*study, a, run);
-  return run.end();
+  return run.finish();
 }
 
 }  // namespace kiln::cli

@@ -11,11 +11,12 @@
 namespace kiln::cli {
 namespace {
 
-using Row = std::map<std::string, std::string>;  // the cells of a row by the column's name
+using Row =
+    std::map<std::string, std::string>;  // The cells of a row, by the names of their columns
 
 bool is_true(const Json& value) { return value.dump() == "true"; }
 
-std::string csv_cell(const Json& value) {
+std::string format_csv_cell(const Json& value) {
   if (value.is_string()) {
     const std::string& text = value.text();
     if (text.find_first_of(",\"\n\r") == text.npos) return text;
@@ -30,7 +31,7 @@ std::string csv_cell(const Json& value) {
   return is_integer ? text : formatted("%.9g", value.number());
 }
 
-/// Adds the cells of a value to a row, and columns for them if there are none yet.
+/// Adds the cells of a value to a row. Adds their columns if they are new.
 void add_cells(const std::string& path, const Json& value, Row& row,
                std::vector<std::string>& columns) {
   if (value.is_array()) return;
@@ -40,11 +41,11 @@ void add_cells(const std::string& path, const Json& value, Row& row,
     }
     return;
   }
-  row[path] = csv_cell(value);
+  row[path] = format_csv_cell(value);
   if (std::find(columns.begin(), columns.end(), path) == columns.end()) columns.push_back(path);
 }
 
-std::string table_cell(const Column& column, const Json& row) {
+std::string format_cell(const Column& column, const Json& row) {
   const Json& value = row.at(column.path);
   const std::string text = value.is_null() ? std::string()
                            : column.digits < 0
@@ -54,7 +55,7 @@ std::string table_cell(const Column& column, const Json& row) {
   return text + (is_true(row.at(column.starred_if)) ? " *" : "  ");
 }
 
-std::size_t width_of(const std::string& text) {
+std::size_t count_columns(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80;
   }));
@@ -71,7 +72,8 @@ std::string join(const std::vector<std::string>& parts, const char* between) {
 std::string text_of(double value) { return formatted("%g", value); }
 
 std::string fixed_text(double value, int digits) {
-  constexpr double kMaxFixedValue = 1e9;  // larger numbers would have up to 40 digits
+  constexpr double kMaxFixedValue =
+      1e9;  // Larger numbers are written with an exponent instead of up to 40 digits
   return std::abs(value) < kMaxFixedValue ? formatted("%.*f", digits, value)
                                           : formatted("%.3g", value);
 }
@@ -118,11 +120,11 @@ std::vector<std::string> table_lines(const std::vector<Column>& columns, const J
   std::vector<std::string> lines(2 + rows.size(), "|");
   for (const Column& column : columns) {
     std::vector<std::string> cells = {column.heading, column.digits < 0 ? "---" : "--:"};
-    for (const Json& row : rows.elements()) cells.push_back(table_cell(column, row));
+    for (const Json& row : rows.elements()) cells.push_back(format_cell(column, row));
     std::size_t width = 0;
-    for (const std::string& cell : cells) width = std::max(width, width_of(cell));
+    for (const std::string& cell : cells) width = std::max(width, count_columns(cell));
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string gap(width - width_of(cells[i]), i == 1 ? '-' : ' ');
+      const std::string gap(width - count_columns(cells[i]), i == 1 ? '-' : ' ');
       lines[i] += " " + (column.digits < 0 ? cells[i] + gap : gap + cells[i]) + " |";
     }
   }

@@ -17,12 +17,12 @@ std::string join(const std::vector<std::string>& parts, const char* between);
 std::string text_of(double value);
 /// Formats a number with a fixed number of decimals.
 std::string fixed_text(double value, int digits);
-/// Formats an integer of a report with thousands separators.
+/// Formats an integer of a report with commas between thousands.
 std::string count_text(const Json& number);
-/// Escapes a text for Markdown.
+/// Escapes the special characters of Markdown in a text.
 std::string markdown_text(const std::string& text);
 
-/// Makes an object from keys, separated by spaces, and as many values.
+/// Makes a JSON object. \param keys  the keys, separated by spaces, in the order of the values
 Json fields(std::string_view keys, std::initializer_list<Json::Element> values);
 
 /// Formats rows as CSV, with a column for each number, boolean and string at any depth, named by its path
@@ -32,10 +32,11 @@ std::string csv(const Json& rows);
 /// A column of a text table.
 struct Column {
   std::string heading;
-  std::string path;             ///< Path of the column's figure in a row
-  int digits = -1;              ///< Number of decimals; -1: the column contains text
-  double scale = 1;             ///< Factor by which shown numbers are multiplied
-  std::string starred_if = {};  ///< Path of a boolean; if it is true, * follows the figure
+  std::string path;  ///< Path of the column's figure in a row
+  int digits = -1;   ///< Number of decimals; -1: the column contains text
+  double scale = 1;  ///< Factor from the figure to the number in the table
+  std::string starred_if =
+      {};  ///< Path of a boolean in a row; if it is true, the number is followed by *
 };
 
 /// Formats rows as a Markdown table with aligned columns, which is readable in terminals, too. Texts are not escaped.

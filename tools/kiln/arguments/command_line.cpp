@@ -158,7 +158,7 @@ Command* Command::given_command() const {
   return nullptr;
 }
 
-/// Message about missing required options; empty if none is missing.
+/// Returns a message about missing required options; empty if none is missing.
 std::string Command::missing_options_message() const {
   for (const std::unique_ptr<Option>& option : options_) {
     const std::string name = option->get_name();
@@ -199,7 +199,7 @@ void Command::join_choices(std::vector<std::string>& words) const {
 bool Command::parse(std::vector<std::string> words) {
   const std::string last = words.empty() ? "" : words.back();
   join_choices(words);
-  std::reverse(words.begin(), words.end());  // CLI11 parses a list of words from its end
+  std::reverse(words.begin(), words.end());  // CLI11 takes words from the end of the list
   try {
     app_->parse(words);
   } catch (const CLI::ArgumentMismatch&) {

@@ -52,13 +52,13 @@ class Option {
   /// Sets the placeholder for the value in help.
   Option* type_name(std::string_view words);
 
-  /// Name of the option in help: "--size", or "HIGH" for a positional argument.
+  /// Returns the option's name in help: "--size", or "HIGH" for a positional argument.
   std::string get_name() const;
-  /// Names of the option without dashes.
+  /// Returns the option's names without dashes.
   const std::vector<std::string>& get_lnames() const;
-  /// Help text of the option.
+  /// Returns the option's help text.
   std::string get_help() const;
-  /// Number of occurrences on the command line.
+  /// Returns how often the option occurs on the command line.
   std::size_t count() const;
   /// True if the option takes no value.
   bool is_flag() const;
@@ -94,16 +94,16 @@ class Command {
                      const std::string& help);
 
   std::string get_name() const;
-  /// All options except --help.
+  /// Returns all options except --help.
   std::vector<const Option*> get_options() const;
-  /// The option with this name; null if there is none.
+  /// Finds the option with this name; null if there is none.
   const Option* find_option(std::string_view name) const;
 
   /// Adds a command to the program.
   Command* add_command(std::string_view name, std::string_view description);
-  /// All commands of the program.
+  /// Returns all commands of the program.
   std::vector<Command*> commands() const;
-  /// The command that the user gave; null if there was none.
+  /// Returns the command that the user gave; null if there was none.
   Command* given_command() const;
   /// Parses the program's words, and passes values to the options. \returns false if nothing remains to be run, as
   /// after --help and --version

@@ -53,7 +53,7 @@ std::set<std::string> flags_of(const std::vector<OptionRow>& rows) {
 
 std::set<std::string> add_matching_flags(Command& command, Job& job,
                                          const std::set<std::string>& without) {
-  // flags of mesh input that affect the match
+  // Flags of mesh input that affect the match
   static const std::set<std::string> mesh_input_flags = {
       "--high",          "--low",         "--triangulate",    "--tangents",
       "--uv-copies",     "--two-sided",   "--split-at-seams", "--traversal",
@@ -72,7 +72,7 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
 
 std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
   static const std::set<std::string> map_flags = {"--maps", "--transfer", "--range"};
-  // flags that only affect how files store values, which are excluded
+  // Flags that only affect how files store values, which are left out
   static const std::set<std::string> excluded_flags = {"--space", "--bitangent",     "--flip-y",
                                                        "--raw",   "--two-component", "--gutter",
                                                        "--mips",  "--id-by"};

@@ -56,7 +56,7 @@ OptionValue error_value() {
   return value;
 }
 
-/// The value of --min-part: a percentage, or auto.
+/// Makes the value of --min-part: a percentage, or auto.
 OptionValue min_part_value() {
   return value_of<Arguments>(
       "options.min_part", "number", "PERCENT|auto",
@@ -77,8 +77,8 @@ OptionValue min_part_value() {
 
 /// Parses three numbers with a separator.
 template <typename T>
-OptionValue three_numbers(Member<Arguments, std::array<T, 3>> member, std::string_view words,
-                          char separator) {
+OptionValue parse_three_numbers(Member<Arguments, std::array<T, 3>> member, std::string_view words,
+                                char separator) {
   return value_of<Arguments>(
       member.path, "list", words,
       [=](Arguments& job, Flagged flag, Given given) {
@@ -159,7 +159,7 @@ std::vector<OptionRow> file_and_chart_rows() {
        .help = "Texels around each chart"},
       {.flag = "--raw-size",
        .group = kRawGroup,
-       .value = three_numbers(AT(raw.size), "NxNxN", 'x'),
+       .value = parse_three_numbers(AT(raw.size), "NxNxN", 'x'),
        .help = "XxYxZ voxels, x fastest",
        .key = "-"},
       {.flag = "--raw-type",
@@ -170,7 +170,7 @@ std::vector<OptionRow> file_and_chart_rows() {
        .needs = "--raw-size"},
       {.flag = "--raw-spacing",
        .group = kRawGroup,
-       .value = three_numbers(AT(raw.spacing), "X,Y,Z", ','),
+       .value = parse_three_numbers(AT(raw.spacing), "X,Y,Z", ','),
        .help = "Units between voxels (default 1,1,1)",
        .key = "-",
        .needs = "--raw-size"},

@@ -12,8 +12,7 @@
 
 namespace kiln::cli {
 
-/// The surface to contour and its face count, as parameters of extract(), and the options that Kiln
-/// chooses if they are not given.
+/// Which surface of a volume is contoured, and to how many faces. Kiln chooses options that are not given.
 struct SurfaceArguments {
   SurfaceArguments() { options.choose.min_part = true; }
 
@@ -28,9 +27,10 @@ struct SurfaceArguments {
 constexpr const char* kSurfaceGroup = "The surface";
 constexpr const char* kMapGroup = "The map";
 
-/// Rows of the surface: --iso, --inside, --border, --outer, --outer-gap, --faces, --error, --topology, --min-part.
+/// Returns the option rows of the surface: --iso, --inside, --border, --outer, --outer-gap, --faces, --error,
+/// --topology and --min-part.
 std::vector<OptionRow> surface_rows(bool iso_required);
-/// Rows of the file and the charts: --chart-border, and --raw-size with its related flags.
+/// Returns the option rows of --chart-border, and of --raw-size and the other flags of raw files.
 std::vector<OptionRow> file_and_chart_rows();
 
 /// Checks the arguments before the file is read. \throws Error(usage)
@@ -44,9 +44,9 @@ Volume read_volume(const std::string& path, const SurfaceArguments& arguments,
                    std::vector<Warning>& warnings);
 
 Json describe(const Volume& volume, const std::string& path);
-/// The options of the surface as the user gave them, for reports.
+/// Describes the options of the surface as the user gave them, for reports.
 Json describe(const SurfaceArguments& arguments);
-/// The options of the surface that extract() used, for reports.
+/// Describes the options of the surface that extract() used, for reports.
 Json describe(const ExtractUsed& used);
 
 }  // namespace kiln::cli

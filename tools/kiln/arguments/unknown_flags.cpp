@@ -13,7 +13,8 @@ extern const char kUnknownFlags[];  // the contents of unknown_flags.txt, embedd
 
 namespace {
 
-/// The explanation in unknown_flags.txt for a flag; empty if there is none. \param heading  "bake", "chart" or "faces"
+/// Finds the explanation of a flag in unknown_flags.txt; empty if there is none. \param heading  "bake", "chart" or
+/// "faces"
 std::string find_explanation(std::string_view heading, std::string_view name) {
   std::istringstream explanation_lines{std::string(kUnknownFlags)};
   bool is_in_section = false;

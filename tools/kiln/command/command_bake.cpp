@@ -77,7 +77,7 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
 /// Returns hooks that draw a plan with Python. Python starts while the plan is computed.
 RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
   RunHooks hooks;
-  hooks.plan_files = [](const std::string& stem) { return plot_files(stem + "_plan"); };
+  hooks.plan_files = [](const std::string& stem) { return list_plot_files(stem + "_plan"); };
   hooks.on_start = [&] {
     if (plans_low_poly(job)) python = start_python();
   };

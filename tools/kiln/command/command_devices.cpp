@@ -25,7 +25,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Reason why a device cannot be opened or fails its self-test; empty if it passes.
+/// Returns the reason why a device cannot be opened or fails its self-test; empty if it passes.
 std::string device_failure(const DeviceInfo& info) {
   try {
     Device::open(std::to_string(info.index));
@@ -156,7 +156,7 @@ void print_measurements(const tune::Result& result) {
   }
 }
 
-/// The measurements and the choices. \param file  of the choices
+/// Describes the measurements and the choices as JSON. \param file  file in which the choices are stored
 Json describe_tuning(const DeviceInfo& device, const tune::Result& result,
                      const std::filesystem::path& file) {
   const ocl::Tuning& tuning = result.tuning;
@@ -204,7 +204,7 @@ int tune_device(const std::string& selector, std::uint32_t faces, bool json) {
   const Device device = Device::open(selector);
   Console console(/*quiet=*/false, json ? "-" : "");
   std::vector<std::string> stages;
-  constexpr double kStages = 9;  // on GPUs; CPUs have one less
+  constexpr double kStages = 9;  // On GPUs; CPUs have one stage less
   const tune::Result result = tune::measure(context_of(device), faces, [&](std::string_view stage) {
     stages.emplace_back(stage);
     if (!console.progress(static_cast<double>(stages.size() - 1) / kStages, stage))
@@ -281,7 +281,7 @@ Run add_devices(Command& app) {
       std::fputs(to_text(list).c_str(), stdout);
       return 0;
     }
-    if (devices.empty()) Device::open();  // throws an error with advice on installation
+    if (devices.empty()) Device::open();  // Throws an error that says how to install a driver
     for (const DeviceInfo& info : devices) print_device(info);
     const Device chosen = Device::open();
     Console console(/*quiet=*/false);

@@ -78,7 +78,7 @@ void save_difference(const DiffArguments& arguments, Image& a, Image& b, const I
   save_image(make_sheet(panels, scale), arguments.out, {ImageFormat::png8});
 }
 
-/// The difference between the two versions of a file.
+/// How a file differs between two folders.
 struct FileDifference {
   std::string file;   ///< Path of the file, relative to each of the two folders
   const char* state;  ///< State of the file: equal, within, beyond, missing or new
@@ -88,7 +88,7 @@ struct FileDifference {
 
 bool is_problem(const FileDifference& file) { return !file.problem.empty(); }
 
-/// Sorted relative paths of all regular files below a folder, except names that begin with a dot.
+/// Lists the relative paths of all regular files below a folder, sorted, except names that begin with a dot.
 std::set<std::string> files_below(const std::filesystem::path& folder, const std::string& name) {
   namespace fs = std::filesystem;
   std::set<std::string> files;

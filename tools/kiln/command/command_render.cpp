@@ -78,8 +78,8 @@ bool shows_own_maps(const RenderArguments& a) {
 }
 
 /// Returns the normal map: from a file, baked, or from the mesh's materials; empty if there is none.
-NormalMap normal_map_of(const RenderArguments& arguments, Image& image,
-                        const std::function<Image()>& baked) {
+NormalMap choose_normal_map(const RenderArguments& arguments, Image& image,
+                            const std::function<Image()>& baked) {
   NormalMap map;
   if (requests_baked_map(arguments)) image = baked();
   if (!arguments.normal.empty()) image = load_normal_map(arguments.normal);
@@ -128,8 +128,8 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
 }
 
 /// Maximum number of pictures in memory at a time: all panels, the combined picture and temporaries.
-std::uint64_t max_pictures_in_memory(const RenderArguments& arguments, const LitMaps& maps,
-                                     bool has_map) {
+std::uint64_t count_pictures_in_memory(const RenderArguments& arguments, const LitMaps& maps,
+                                       bool has_map) {
   if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
   if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
   const std::uint64_t helpers = maps.any() ? 2 + maps.count() : 0;
@@ -328,7 +328,7 @@ int run_render(const RenderArguments& arguments) {
   LitMaps lit_maps = load_lit_maps(apply_maps);
   if (own_maps.any()) lit_maps = {std::move(own_maps.color), std::move(own_maps.occlusion), {}};
   Image map_image = std::move(own_maps.normal);
-  const NormalMap map = normal_map_of(arguments, map_image, [&] {
+  const NormalMap map = choose_normal_map(arguments, map_image, [&] {
     return bake_map(arguments, device, *high_poly, mesh, warnings);
   });
   const bool has_map = map.image != nullptr;
@@ -350,10 +350,10 @@ int run_render(const RenderArguments& arguments) {
   }
   const double seconds_build = watch.lap();
   const MappedMesh has_lit_maps{device, mesh};
-  require_pictures(low.geometry(options), max_pictures_in_memory(arguments, lit_maps, has_map));
-  const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
+  require_pictures(low.geometry(options), count_pictures_in_memory(arguments, lit_maps, has_map));
+  const Image picture = arguments.views != 0 ? draw_contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
-                            ? map_sheet(has_lit_maps, arguments.show, options)
+                            ? draw_map_sheet(has_lit_maps, arguments.show, options)
                             : draw_picture(arguments, original, low, has_lit_maps, lit_maps,
                                            has_map, options, cage ? &*cage : nullptr);
   const double seconds_draw = watch.lap();

@@ -85,7 +85,7 @@ int explain(const Batch& batch, const std::string& name) {
              (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
 }
 
-/// What --list or --plan prints about an asset.
+/// The line that --list or --plan prints about an asset.
 struct AssetLine {
   std::string text;
   Json object;
@@ -262,7 +262,7 @@ class LateWarnings {
   std::vector<std::string> texts_;
 };
 
-/// The folder of the cache; empty if the cache is a server.
+/// Returns the folder of the cache; empty if the cache is a server.
 std::filesystem::path cache_folder(const RunArguments& arguments, const JobFile& file) {
   if (arguments.cache.empty()) return file.folder / ".kiln";
   return is_cache_server(arguments.cache) ? "" : arguments.cache;
@@ -438,7 +438,7 @@ ExpandOptions expand_options(const RunArguments& arguments) {
   expand.allow_outside = arguments.allow_outside;
   expand.allow_own_maps = arguments.allow_own_maps;
   expand.allow_hooks = arguments.allow_hooks;
-  expand.only = arguments.only;
+  expand.selected_names = arguments.only;
   expand.command_line = arguments.options;
   return expand;
 }
@@ -625,7 +625,7 @@ int run_job_file(const RunArguments& arguments) {
     try {
       save_reports(arguments, report);
     } catch (...) {
-      // a full disk makes both assets and reports fail, and the failed assets must still be named
+      // If the disk is full, both assets and reports fail; the failed assets are printed even then
       print_summary();
       throw;
     }
@@ -643,7 +643,7 @@ void add_bake_options(Command& command, RunArguments& arguments) {
     const OptionValue& value = row.value;
     const Option::ValueCallback take = [&row,
                                         layer = &arguments.options](const OptionWords& words) {
-      Job job;  // an unknown flag gets the same explanation as in kiln bake
+      Job job;  // Unknown flags are explained as in kiln bake
       row.value.set(&job, row.flag, words);
       layer->settings.push_back({option_key(row), words, false, {"command line", "", 0}, ""});
     };

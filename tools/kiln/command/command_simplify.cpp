@@ -143,7 +143,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.hull = arguments.hull;
   options.keep_parts = arguments.keep_parts;
   options.fit_normals =
-      false;  // normals are fitted after the unwrap, which decides where seams are
+      false;  // Normals are fitted after the unwrap, because it determines the seams
   const Mesh simplified = streamed != nullptr ? simplify_reduced(*streamed, high, options, report)
                                               : simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
@@ -158,7 +158,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   low = fit_normals(
       low, high,
       {.hard_degrees = arguments.hard_angle,
-       // an angle of 180 degrees disables hard edges
+       // At 180 degrees, no edge is hard
        .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
        .purpose = fits_normals_for_shading ? NormalPurpose::shading : NormalPurpose::map},
       &normals);

@@ -73,7 +73,7 @@ void add_errors(const ViewCommandArguments& arguments, Mesh low,
   if (maps.normal.width != 0) map.image = &maps.normal;
   const Scene low_scene(device, low, map), high_scene(device, high);
   const std::vector<ViewAngles> views =
-      measured_views(view_options(ViewArguments(), /*height_field=*/false));
+      list_measured_views(view_options(ViewArguments(), /*height_field=*/false));
   const NormalReference reference(high_scene, high, views, 512, arguments.z_up);
   const NormalError without = reference.compare(low_scene, true);
   const NormalError with_map = reference.compare(low_scene);

@@ -145,7 +145,7 @@ void check_volume(const VolumeArguments& a, bool by_density) {
       "--full '" + a.full + "': the full contour is written as OBJ, so the name must end in .obj.");
 }
 
-/// The result of a bake that uses the full contour as high poly.
+/// A bake with the full contour as high poly, and its result.
 struct ContourBake {
   BakeReport report;
   double contour = 0, build = 0, bake = 0;  // seconds of each stage
@@ -326,7 +326,7 @@ int run_volume(const VolumeArguments& a) {
   if (a.lods != 0) session.emplace(device, std::move(loaded), options.contour);
   const Volume& volume = session ? session->volume() : loaded;
   std::vector<ExtractResult> levels;
-  // the vector must not reallocate, since references to the first level are in use
+  // The vector must not reallocate its memory, since references to the first level are in use
   levels.reserve(std::max(1U, a.lods));
   levels.push_back(session ? session->extract(options) : extract(device, volume, options));
   extraction_progress.reset();

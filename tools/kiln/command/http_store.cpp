@@ -126,7 +126,7 @@ class HttpStore : public CacheStore {
     long answer = 0;
     if (code == CURLE_OK) curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &answer);
     curl_slist_free_all(headers);
-    curl_easy_reset(handle);  // keeps the connection open
+    curl_easy_reset(handle);  // Keeps the connection open for further requests
     return_handle(handle);
     const bool succeeded = code == CURLE_OK && ((answer >= 200 && answer < 300) || answer == 404);
     if (succeeded) {

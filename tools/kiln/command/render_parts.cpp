@@ -149,7 +149,7 @@ void require_pictures(const PictureGeometry& size, std::uint64_t count) {
                   option("memory_limit") + ".");
 }
 
-std::vector<ViewAngles> measured_views(const RenderOptions& options) {
+std::vector<ViewAngles> list_measured_views(const RenderOptions& options) {
   return {{options.azimuth_degrees, options.elevation_degrees},
           {0, 0},
           {90, 0},
@@ -159,11 +159,11 @@ std::vector<ViewAngles> measured_views(const RenderOptions& options) {
           {0, -90}};
 }
 
-/// Measures the low poly's deviation from the reference in measured_views(), prints it, and returns it for the report.
+/// Measures the low poly's deviation from the reference in list_measured_views(), prints it, and returns it for the report.
 /// The resolution is independent of the picture's size.
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map) {
-  const std::vector<ViewAngles> views = measured_views(options);
+  const std::vector<ViewAngles> views = list_measured_views(options);
   const NormalReference reference(high, frame, views, 512, options.z_up);
   const NormalError without = reference.compare(low, true);
   Json json = {{"views", views.size()}, {"without_map", describe(without)}};
@@ -188,7 +188,7 @@ Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& 
 }
 
 /// Shows the depth views of --match views (Wang, Froehlich, Goebel 2003, figure 4a).
-Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options) {
+Image draw_contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options) {
   options.trim = false;
   std::vector<Panel> panels;
   for (const Vec3& toward : spread_views(count)) {

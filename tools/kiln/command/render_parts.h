@@ -25,7 +25,7 @@ struct RenderArguments {
   ViewArguments view;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
   std::optional<std::uint32_t> frames;
-  Job bake;  // options of the match; flags that were given are in bake.given
+  Job bake;  // Options of the baked map; bake.given holds the flags that were given
   std::uint32_t map_size = 1024;
   bool map_size_given = false;
   NormalMapSpace space = NormalMapSpace::tangent;
@@ -34,7 +34,8 @@ struct RenderArguments {
   bool draw_cage = false, no_maps = false;
 };
 
-/// True if the picture needs a baked map: --map-size was given, or a flag of matching without --draw-cage.
+/// True if a map must be baked for the picture: if --map-size was given, or if a flag of matching was given without
+/// --draw-cage.
 bool requests_baked_map(const RenderArguments& arguments);
 
 /// Converts the arguments to the job that bakes the map.
@@ -52,12 +53,12 @@ Image join(std::vector<Image> panels);
 /// \param count  maximum number of pictures at a time
 /// \throws Error(internal) if they do not fit
 void require_pictures(const PictureGeometry& size, std::uint64_t count);
-/// The seven views in which pages and `kiln render` measure angles: the view of the options, and both directions of
-/// each axis.
-std::vector<ViewAngles> measured_views(const RenderOptions& options);
+/// Returns the seven views in which pages and `kiln render` measure angles: the view of the options, and the views from
+/// both directions of each axis.
+std::vector<ViewAngles> list_measured_views(const RenderOptions& options);
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map);
-Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);
+Image draw_contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up);
 
 /// Warns if HIGH's normals fit the map better with inverted green: if the error of rendered normals falls by at least
@@ -68,7 +69,7 @@ void check_green_channel(const Device& device, const Mesh& mesh, NormalMap map, 
                          const Mesh& frame, bool z_up, std::vector<Warning>& warnings);
 
 /// Returns the surface at which rays start, by --cage, --cage-mesh and related flags; of two shells the outer one.
-/// \param high  null: there is no HIGH
+/// \param high  may be null
 /// \throws Error(usage) if the cage is relative to HIGH's diagonal, or auto, without HIGH; Error(input)
 Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings);
@@ -80,7 +81,7 @@ class CagePicture {
   const Mesh& mesh() const { return mesh_; }
   /// Tints the pixels that the cage covers, and draws its edges that face the viewer. Parts of the scene outside the
   /// cage stay unchanged.
-  /// \param within  the scene in `picture`, drawn with these options
+  /// \param within  the scene that `picture` shows, drawn with `options`
   void draw(const Scene& within, const RenderOptions& options, Image& picture) const;
 
  private:

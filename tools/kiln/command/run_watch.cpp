@@ -19,7 +19,7 @@ constexpr std::chrono::milliseconds kMinPause(100);
 /// Time without a change after which a file counts as completely saved.
 constexpr std::chrono::milliseconds kSettleTime(60);
 
-/// Size, times and inode number of a file; empty if there is none.
+/// Returns the size, the times and the inode number of a file as text; empty if there is no file.
 std::string file_state(const std::string& path) {
   const auto facts = os::query_file(std::filesystem::path(path));
   if (!facts) return {};
@@ -33,7 +33,7 @@ struct Observation {
   bool operator==(const Observation&) const = default;
 };
 
-/// The arguments of this program, without --watch.
+/// Returns the arguments of this program without --watch.
 std::vector<std::string> words_without_watch() {
   std::vector<std::string> words = os::own_arguments();
   std::erase(words, "--watch");

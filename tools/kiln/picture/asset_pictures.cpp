@@ -44,14 +44,14 @@ MeshFiles load_written_low(const Job& job, const std::vector<std::string>& files
   return load_low_files(job, warnings);
 }
 
-/// The part of a map's file name that follows the stem.
+/// Returns the part of a map's file name that follows the stem.
 std::string map_name_of_file(const Job& job, const std::string& file) {
   const std::string name = fs::path(file).stem().string(), prefix = low_stem(job) + "_";
   return name.size() > prefix.size() && name.starts_with(prefix) ? name.substr(prefix.size())
                                                                  : name;
 }
 
-/// The written file of a slot; empty if there is none.
+/// Finds the file that the job wrote for a slot; empty if there is none.
 std::string file_for(const Image* AssetMaps::*place, const Job& job,
                      const std::vector<std::string>& files) {
   AssetMaps slots;
@@ -160,7 +160,8 @@ LitMaps lit_maps_of(const Job& job, const std::vector<std::string>& files) {
 
 DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<std::string>& files,
                       std::uint32_t size) {
-  std::vector<Warning> warnings;  // warnings are dropped, since the bake has already reported them
+  // The warnings are discarded, since the bake has already reported them.
+  std::vector<Warning> warnings;
   DrawnAsset result;
   bool has_own_maps = false;
   MeshFiles low_files = load_written_low(job, files, has_own_maps, warnings);

@@ -8,11 +8,12 @@
 namespace kiln::cli {
 namespace {
 
-/// A letter as strokes on a grid. In y, 0 is the descender of "g", 2 the baseline, 6 the height of "x", 8 the height of
-/// "X".
+/// A letter, drawn by strokes between points of a grid. Rows of the grid: 0 is the bottom of "g", 2 the baseline, 6 the
+/// top of "x", 8 the top of "X".
 struct Glyph {
-  int width = 0;  ///< Largest x; the next letter begins kGlyphGap to the right of it
-  /// Polylines separated by spaces, two digits (x, y) per point. A line with the same point twice is a dot.
+  /// Rightmost column of the strokes; the next letter begins kGlyphGap columns further right
+  int width = 0;
+  /// Polylines, separated by spaces, with two digits per point: column and row. A dot is a line from a point to itself.
   std::string_view lines;
 };
 

@@ -20,7 +20,7 @@ double srgb_to_linear(double value) {
 }
 
 /// Converts an image to three channels; a single channel becomes grey.
-Image three_channels(const Image& image) {
+Image expand_to_three_channels(const Image& image) {
   Image result{image.width, image.height, 3, {}};
   const std::size_t texels = std::size_t{image.width} * image.height;
   result.pixels.resize(texels * 3);
@@ -46,11 +46,11 @@ Image draw_coverage(const MappedMesh& dressed, const RenderOptions& options) {
   return draw_with_map(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
 }
 
-/// The factor of light for a value of curvature. \param bend  from -1 (the strongest cavities) to 1 (the strongest
-/// edges)
+/// Computes the factor by which a value of curvature changes the light. \param bend  from -1 (the strongest cavities)
+/// to 1 (the strongest edges)
 float light_factor(float bend) { return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend; }
 
-/// Name of a map's file without the prefix of the mesh's name.
+/// Returns the name of a map's file without the mesh's name and the underscore before it.
 std::string caption_of_map(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
   const std::string mesh_prefix = mesh.name + "_";
@@ -63,9 +63,11 @@ std::string caption_of_map(const std::string& file, const Mesh& mesh) {
 
 LitMaps load_lit_maps(const LitMapFiles& maps) {
   LitMaps apply_maps;
-  if (!maps.color.empty()) apply_maps.color = three_channels(load_image(maps.color));
-  if (!maps.occlusion.empty()) apply_maps.occlusion = three_channels(load_image(maps.occlusion));
-  if (!maps.curvature.empty()) apply_maps.bend = three_channels(load_curvature(maps.curvature));
+  if (!maps.color.empty()) apply_maps.color = expand_to_three_channels(load_image(maps.color));
+  if (!maps.occlusion.empty())
+    apply_maps.occlusion = expand_to_three_channels(load_image(maps.occlusion));
+  if (!maps.curvature.empty())
+    apply_maps.bend = expand_to_three_channels(load_curvature(maps.curvature));
   return apply_maps;
 }
 
@@ -93,12 +95,12 @@ void apply_maps(const MappedMesh& dressed, const LitMaps& maps, const RenderOpti
   }
 }
 
-Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
-                RenderOptions options) {
+Image draw_map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
+                     RenderOptions options) {
   const Image coverage = draw_coverage(dressed, options);
   std::vector<Panel> panels;
   for (const std::string& file : files) {
-    Image picture = draw_with_map(dressed, three_channels(load_image(file)), options);
+    Image picture = draw_with_map(dressed, expand_to_three_channels(load_image(file)), options);
     for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
       if (coverage.pixels[i] == 0) picture.pixels[i] = 1;
     }

@@ -33,7 +33,7 @@ struct LitMaps {
 /// Loads the maps of a lit picture. \throws Error(input)
 LitMaps load_lit_maps(const LitMapFiles& maps);
 
-/// Factors of light for the strongest edges and the strongest cavities.
+/// Factors by which the strongest edges and the strongest cavities change the light.
 constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
 
 /// Applies maps to a lit picture of the mesh from Scene::draw(): multiplies by colours, darkens by occlusion, and by
@@ -42,8 +42,8 @@ void apply_maps(const MappedMesh& dressed, const LitMaps& maps, const RenderOpti
                 Image& picture);
 
 /// Draws the mesh unlit with each map, and with the map's name as caption. \throws Error(input)
-Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
-                RenderOptions options);
+Image draw_map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
+                     RenderOptions options);
 
 /// Maps on the UVs of a mesh; an empty image means none.
 struct MaterialAtlases {

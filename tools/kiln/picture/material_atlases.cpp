@@ -25,13 +25,13 @@ class Slot {
        const Mesh& mesh)
       : texture_(load_material_texture(materials, slot, mesh, &warnings)) {}
 
-  /// Index of a material's picture; Texture::kNone if it has none.
+  /// Returns the index of a material's picture; Texture::kNone if it has none.
   std::uint32_t image_of(std::size_t material) const { return texture_.image_of[material]; }
   /// True if the textures repeat, and use the mesh's UVs without a transform.
   bool repeats() const {
     return texture_.uv_transforms.empty() && texture_.wraps.empty() && texture_.tiles.empty();
   }
-  /// True if the material's look in this slot is its picture, without factors.
+  /// True if the material uses its picture in this slot unchanged, without factors.
   bool is_unchanged_picture(std::size_t material) const {
     return image_of(material) != Texture::kNone && texture_.factors.empty() && repeats();
   }
@@ -100,15 +100,15 @@ class Slot {
   Texture texture_;
 };
 
-/// Key of a cell of the atlas: the pictures of all slots and, if factors change them, the material. Materials with
-/// equal keys share a cell.
+/// Key of a cell of the atlas: the pictures of all slots and, if factors change these pictures, the material. Materials
+/// with equal keys share a cell.
 struct CellKey {
   std::array<std::uint32_t, 3> pictures{Texture::kNone, Texture::kNone, Texture::kNone};
   std::size_t material = 0;
   auto operator<=>(const CellKey&) const = default;
 };
 
-/// The atlas layout: a square of cells, each with one material.
+/// The layout of an atlas: a square grid of cells, each with the pictures of one material.
 struct AtlasLayout {
   std::vector<std::size_t> material;  ///< material of each cell
   /// number of cells along a side, and texels along a cell's side

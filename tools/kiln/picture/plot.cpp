@@ -40,7 +40,7 @@ Json power_of_four_ticks(double least, double most) {
   return tick_values;
 }
 
-std::vector<std::string> plot_files(const std::string& name) {
+std::vector<std::string> list_plot_files(const std::string& name) {
   return {name + "_plot.json", name + ".png", kScriptName};
 }
 

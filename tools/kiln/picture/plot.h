@@ -32,11 +32,11 @@ Json plot_curve(const std::string& title, const Json& look, const List& list, co
   return curve;
 }
 
-/// Ticks of a logarithmic axis: the powers of four that enclose a range.
+/// Returns ticks of a logarithmic axis: the powers of four that enclose a range.
 Json power_of_four_ticks(double least, double most);
 
-/// Names of the files that save_plots() may write.
-std::vector<std::string> plot_files(const std::string& name);
+/// Returns the names of the files that save_plots() may write.
+std::vector<std::string> list_plot_files(const std::string& name);
 
 /// Starts Python in advance, because importing matplotlib takes a third of a second.
 /// \returns nullopt if PATH has no python3

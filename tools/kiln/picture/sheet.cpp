@@ -73,7 +73,7 @@ void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::
   }
 }
 
-/// Number of columns for which the sheet's aspect ratio is nearest to 8 : 5.
+/// Chooses the number of columns for which the sheet's aspect ratio is nearest to 8 : 5.
 std::size_t choose_columns(std::size_t count, std::int64_t cell_width, std::int64_t cell_height) {
   std::size_t best = 1;
   double best_deviation = 1e300;
@@ -81,7 +81,7 @@ std::size_t choose_columns(std::size_t count, std::int64_t cell_width, std::int6
     const std::size_t rows = (count + columns - 1) / columns;
     const double shape = static_cast<double>(columns) * static_cast<double>(cell_width) /
                          (static_cast<double>(rows) * static_cast<double>(cell_height));
-    // Empty cells count as a deviation from the aspect ratio.
+    // Empty cells count like a deviation of the aspect ratio.
     const double empty = static_cast<double>(rows * columns - count) / static_cast<double>(count);
     const double off = std::abs(std::log(shape / 1.6)) + empty;
     if (off < best_deviation) {
@@ -148,7 +148,7 @@ std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count) {
 
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes) {
   constexpr std::uint64_t kBytesOfLaunches =
-      8 << 20;  // after the first picture PoCL keeps 6 MiB allocated
+      8 << 20;  // PoCL keeps 6 MiB allocated after the first picture
   const ReservedMemory reserved(bytes == 0 ? 0 : bytes + kBytesOfLaunches);
   return scene.draw(options);
 }

@@ -25,15 +25,17 @@ struct Scale {
   std::vector<std::pair<Colour, std::string>> others;
 };
 
-/// Colour of a value in [0, 1], from dark to light (inferno, by Smith and van der Walt, interpolated from nine points).
+/// Returns the colour of a value in [0, 1], from dark to light (the colour map inferno by Smith and van der Walt,
+/// interpolated from nine of its colours).
 Colour scale_colour(double share);
 
-/// The smallest number that is 1, 2 or 5 times a power of ten, and that at most 3% of the values exceed.
+/// Finds the smallest number that is 1, 2 or 5 times a power of ten, and that at most 3% of the values exceed.
 double round_scale_end(std::vector<double> values);
 
 /// Converts values to colours.
 /// \param values  an image of one channel
-/// \param other  returns the colour of a value that is not on the scale; nullopt otherwise
+/// \param other  function that returns the colour of a value that the scale does not show, such as the mark of a
+///               missing value; nullopt for other values
 Image map_to_colours(const Image& values, const Scale& scale,
                      const std::function<std::optional<Colour>(float)>& other);
 
@@ -42,11 +44,11 @@ Image map_to_colours(const Image& values, const Scale& scale,
 Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale = {},
                  std::size_t columns = 0);
 
-/// Memory in bytes for `count` pictures.
+/// Computes the bytes of memory that `count` pictures take.
 std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count);
 
-/// Draws the scene, but first checks the memory for later steps as well. \param bytes  memory in bytes that later steps
-/// need
+/// Draws the scene, after it has checked that the memory suffices for the picture and for the steps after it.
+/// \param bytes  memory in bytes that the later steps need
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes);
 
 /// Pictures of angles between normals, in one or several views, with a common scale.
@@ -59,13 +61,13 @@ class AnglePictures {
   /// normal_angles().
   void add(Image values) { angles_.push_back(std::move(values)); }
 
-  /// Mean angle of a picture over the pixels that both meshes cover; 0 if there are none.
+  /// Computes the mean angle of a picture over the pixels that both meshes cover; 0 if there are none.
   double mean(std::size_t index) const;
   Scale scale() const;
   Image picture(std::size_t index, const Scale& scale) const;
 
  private:
-  std::vector<Image> angles_;  ///< results of normal_angles(), per picture
+  std::vector<Image> angles_;  ///< One result of normal_angles() for each picture
 };
 
 }  // namespace kiln::cli

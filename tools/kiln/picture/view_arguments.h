@@ -16,11 +16,11 @@ struct ViewArguments {
   double zoom = 1;
   bool z_up = false, square = false;
 
-  /// True if a single viewpoint is given, which excludes several views.
+  /// True if the arguments choose a single view, so that several views are impossible.
   bool given() const { return !view.empty() || !at.empty() || zoom != 1; }
 };
 
-/// Rows of --view, --zoom, --at, --z-up and --square, for jobs with a member `view`.
+/// Returns the option rows of --view, --zoom, --at, --z-up and --square, for jobs with a member `view`.
 template <typename Job>
 std::vector<OptionRow> view_rows(const char* group = "") {
   return {

@@ -207,7 +207,7 @@ constexpr std::array kSlots = {
 
 /// The UV set with which a material is drawn: that of its colour picture, else of its first picture. Three.js has one
 /// UV set for all pictures but occlusion.
-std::uint32_t drawn_set(const Material& material, std::uint32_t own) {
+std::uint32_t select_uv_set(const Material& material, std::uint32_t own) {
   for (const SlotRow& row : kSlots) {
     const MaterialPicture& picture = material.*row.picture;
     if (!picture.empty()) return picture.uv_set;
@@ -215,14 +215,14 @@ std::uint32_t drawn_set(const Material& material, std::uint32_t own) {
   return own;
 }
 
-/// The mesh with the UVs of each material's drawn_set(); nullopt if the mesh's own UVs serve all materials.
+/// The mesh with the UVs of each material's select_uv_set(); nullopt if the mesh's own UVs serve all materials.
 std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
   const Mesh& mesh = *viewed.mesh;
   if (mesh.uvs.empty() || mesh.other_uvs.empty() || viewed.materials.empty()) return std::nullopt;
   std::vector<std::uint32_t> first_of(viewed.materials.size(), 0);
   bool any_other = false;
   for (std::size_t m = 0; m < first_of.size(); ++m) {
-    const std::uint32_t set = drawn_set(viewed.materials[m], mesh.uv_set);
+    const std::uint32_t set = select_uv_set(viewed.materials[m], mesh.uv_set);
     for (std::size_t k = 0; k < mesh.other_uvs.size() && set != mesh.uv_set; ++k) {
       if (mesh.other_uvs[k].set != set) continue;
       first_of[m] = static_cast<std::uint32_t>((k + 1) * mesh.uvs.size());
@@ -238,7 +238,7 @@ std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
     for (std::uint32_t& corner : result.uv_triangles[t]) corner += first_of[material];
   }
   result.other_uvs.clear();
-  result.tangents.clear();  // the file's tangents belong to another UV set
+  result.tangents.clear();  // The tangents in the file belong to another UV set
   return result;
 }
 
@@ -246,7 +246,7 @@ std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
 void leave_out_other_sets(const ViewedMesh& viewed, std::vector<Material>& materials,
                           std::vector<Warning>& warnings) {
   for (Material& of : materials) {
-    const std::uint32_t set = drawn_set(of, viewed.mesh->uv_set);
+    const std::uint32_t set = select_uv_set(of, viewed.mesh->uv_set);
     for (const SlotRow& row : kSlots) {
       MaterialPicture& picture = of.*row.picture;
       if (picture.empty() || picture.uv_set == set) continue;

@@ -19,7 +19,7 @@ namespace kiln::cli {
 /// UTF-8 become \xNN. Line breaks and tabs are kept.
 std::string printable(std::string_view text);
 
-/// The first characters of a printable text, up to a width in columns.
+/// Returns the first characters of a printable text, up to a width in columns.
 std::string_view first_columns(std::string_view text, std::size_t columns);
 
 /// Prints a message with a line break, and flushes. All messages of the command pass through here. Further lines of a
