@@ -118,8 +118,8 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   cl::Array<Key> keys(context, key_stride * rows);
   cl::Array<Offset> offsets(context, std::size_t{band.stride} * rows);
   context.fill(keys, static_cast<Key>(0x7F7F7F7F7F7F7F7FULL));
-  const cl::Kernel columns = context.kernel("image", "kiln_image_gutter_columns", defines);
-  const cl::Kernel nearest = context.kernel("image", "kiln_image_gutter_rows", defines);
+  const cl::Kernel columns = context.kernel("image", "kiln_image_search_columns", defines);
+  const cl::Kernel nearest = context.kernel("image", "kiln_image_search_rows", defines);
 
   std::uint64_t count = 0;
   std::vector<Offset> found(offsets.size());
