@@ -371,7 +371,7 @@ kernel void kiln_bvh_find_partners(const uint count, global const uint* restrict
   for (uint k = first; k <= last; ++k) {
     if (k == i) continue;
     const float area = bvh_compute_joint_half_area(branch, branches + clusters[k]);
-    // Of pairs with the same distance, the lower place comes first.
+    // Of partners at the same distance, the one with the lower index is chosen.
     const bool is_better = partner == KILN_NO_TRIANGLE || area < least_area ||
                            (area == least_area && (k ^ i) < (partner ^ i));
     if (!is_better) continue;
@@ -492,7 +492,7 @@ kernel void kiln_bvh_place_children(const uint count, const uint first, const ui
   const size_t i = get_global_id(0);
   if (i >= count) return;
   uint node = next_node + places[i];
-  // Leaves are counted after all nodes.
+  // The counts of leaves follow the counts of nodes.
   uint block = next_block + places[count + i] - places[count];
   starts[2 * (first + i)] = node;
   starts[2 * (first + i) + 1] = block;

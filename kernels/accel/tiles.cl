@@ -93,7 +93,7 @@ kernel void kiln_tiles_compute_bounds(const uint view_count, const uint group_co
   vstore16(convert_short16(first_y), 0, box->first_y);
   vstore16(convert_short16(last_x), 0, box->last_x);
   vstore16(convert_short16(last_y), 0, box->last_y);
-  // The union of the 16 boxes, without empty ones.
+  // Computes the union of those of the 16 boxes that are not empty.
   const int16 empty = (first_x > last_x) | (first_y > last_y);
   const int16 low_x = empty ? (int16)(KILN_RASTER_LARGEST) : first_x;
   const int16 low_y = empty ? (int16)(KILN_RASTER_LARGEST) : first_y;
@@ -109,7 +109,7 @@ kernel void kiln_tiles_compute_bounds(const uint view_count, const uint group_co
   group_box->last_y[lane] = (short)max(max(gy4.x, gy4.y), max(gy4.z, gy4.w));
 }
 
-/// Bit set of the boxes, among 16, that overlap the tile.
+/// Finds the boxes, among 16, that overlap the tile. \returns one bit per box
 static inline uint tile_find_overlaps(global const kiln_raster_boxes* boxes, const tile_state* tile) {
   const short16 hits = (TILE_SHORTS(boxes->first_x) <= (short16)((short)tile->last_x)) &
                        (TILE_SHORTS(boxes->last_x) >= (short16)((short)tile->first_x)) &

@@ -216,7 +216,7 @@ kernel void kiln_hemisphere_sum_depths(const kiln_hemisphere_params params,
   })
 }
 
-/// The mean unoccluded direction; the normal if all rays have a hit.
+/// Computes the mean unoccluded direction; the normal if all rays have a hit.
 static inline float3 hemisphere_compute_bent(const kiln_detail_params params, const detail_low low,
                                              uint triangle, global const float* barycentric, uint capacity,
                                              global const float* bent_sum, size_t i,

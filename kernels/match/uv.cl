@@ -208,7 +208,7 @@ static int uv_find_row(const int index, const int width) {
   return row + (column >= width ? 1 : 0);
 }
 
-/// The determinant a d - b c.
+/// Computes the determinant a d - b c.
 static float uv_compute_determinant(const int a, const int b, const int c, const int d) {
 #pragma OPENCL FP_CONTRACT OFF
 #if KILN_UV_LARGE
@@ -365,7 +365,7 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params, global const uint* r
   }
 }
 
-/// The distance from each sample to its point; negative if the point lies behind it, against its
+/// Computes the distance from each sample to its point; negative if the point lies behind it, against its
 /// direction.
 kernel void kiln_uv_measure_distances(const kiln_uv_params params, global const float* restrict points,
                                       global const uint* restrict triangles,

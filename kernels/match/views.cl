@@ -191,7 +191,7 @@ static inline bool views_project_sample(global const kiln_view* view, const view
   return views_project_point(view, sample->position, x, y);
 }
 
-/// Depth of a sample minus the depth of its pixel; infinite for an empty pixel.
+/// Computes the depth of a sample minus the depth of its pixel; infinite for an empty pixel.
 static inline float views_compute_depth_difference(global const kiln_view* view, const views_sample* sample,
                                                    float x, float y, global const ulong* restrict keys,
                                                    global const uchar* restrict drawn) {

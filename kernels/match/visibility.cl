@@ -33,7 +33,7 @@
 #include "shared/common.h"
 #include "shared/visibility.h"
 
-/// Depths of a batch of views, row by row.
+/// Converts the keys of a batch of views to depths, row by row.
 kernel void kiln_visibility_unpack_depths(const kiln_visibility_params params,
                                           global const kiln_view* restrict views,
                                           global const ulong* restrict keys,

@@ -49,7 +49,8 @@ static void render_store(float3 value, global float* planes, size_t index, size_
   planes[index + 2 * capacity] = value.z;
 }
 
-/// Column and row in the picture of a pixel of this launch's tiles. They may lie outside the picture in the last tiles.
+/// Finds the column and row in the picture of a pixel of this launch's tiles. They may lie outside the picture in the
+/// last tiles.
 static uint2 render_locate_pixel(const kiln_render_params* params, uint pixel) {
   const uint tile = params->first_tile + pixel / TILE_PIXELS;
   const uint pixel_in_tile = pixel % TILE_PIXELS;
@@ -165,7 +166,7 @@ kernel void kiln_render_compute_surface(const kiln_render_params params,
   render_store(normal * side, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
 }
 
-/// Three channels of a texel, [0, KILN_RENDER_MAP_ONE].
+/// Loads three channels of a texel, in [0, KILN_RENDER_MAP_ONE].
 static float3 render_load_texel(global const ushort* map, int x, int y, int width) {
   return convert_float3(vload3((size_t)y * (size_t)width + (size_t)x, map));
 }
@@ -245,7 +246,7 @@ kernel void kiln_render_apply_map(const kiln_render_map_params params,
   render_store(normal, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
 }
 
-/// Rays of one pass of ambient occlusion: for sample s of its pixel, direction s + pass * N * N.
+/// Writes the rays of one pass of ambient occlusion: sample s of a pixel gets direction s + pass * N * N.
 /// \param disc  points of the unit disc, two floats each
 kernel void kiln_render_write_ambient_rays(const kiln_render_params params,
                                            const uint pass,
@@ -299,7 +300,7 @@ kernel void kiln_render_write_ambient_rays(const kiln_render_params params,
   points[i + 6 * capacity] = 0.0f;
 }
 
-/// Counts the rays without a hit.
+/// Adds each sample's number of ambient rays without a hit in this pass.
 kernel void kiln_render_count_open(const kiln_render_params params,
                                    const uint pass,
                                    global const uchar* restrict hit,

@@ -121,7 +121,7 @@ static inline float8 texel_blend(const float v0, const float v1, const float v2,
   return fma(w2, (float8)(v2), fma(w1, (float8)(v1), w0 * v0));
 }
 
-/// Number of lanes that are true.
+/// Counts the lanes that are true.
 static inline int texel_count_lanes(const int8 lanes) {
   const int4 pairs = lanes.lo + lanes.hi;
   return -(pairs.x + pairs.y + pairs.z + pairs.w);

@@ -26,7 +26,7 @@
 #include "shared/volume.h"
 #include "volume/gradient.clh"
 
-/// Index of a padded row's first word.
+/// Finds the index of a padded row's first word.
 static size_t volume_find_row(const kiln_volume_grid* grid, uint y, uint z) {
   return ((size_t)z * (grid->size[1] + 2u) + y) * grid->words;
 }
@@ -188,7 +188,7 @@ static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) 
   volume_advance(vz, zz, limit, residual, place);
 }
 
-/// Rank of a crossed edge: its index among all crossed edges.
+/// Finds the rank of a crossed edge: its index among all crossed edges.
 static uint volume_find_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
                              uint axis, uint x, uint y, uint z) {
   global const kiln_volume_word* word = words + volume_find_row(grid, y, z) + (x >> 6);

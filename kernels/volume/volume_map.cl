@@ -130,8 +130,8 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
   }
 }
 
-/// Means of the known texels among 2 x 2 of the finer level. row_charts: the chart of each row of the
-/// level. first_rows: per chart. first_texels: [level][chart].
+/// Averages the known texels among the 2 x 2 of the finer level under each texel. row_charts: the chart of each row of
+/// the level. first_rows: per chart. first_texels: [level][chart].
 kernel void kiln_volume_map_push(const kiln_volume_level params,
                                  global const kiln_volume_chart* restrict charts,
                                  global const uint* restrict row_charts,

@@ -62,14 +62,14 @@ static seam_side seam_find_side(global const kiln_volume_chart* chart, uint k) {
   return side;
 }
 
-/// Weight by the angle between two normals.
+/// Computes the weight of a side by the angle between its normal and another side's normal.
 static float seam_compute_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp((dot3(a, b) - SEAM_COS_NO_WEIGHT) / (SEAM_COS_FULL_WEIGHT - SEAM_COS_NO_WEIGHT), 0.0f, 1.0f);
 }
 
-/// Share of a level's differences that is added to the finer level: 1 if the level's texels are at most as wide as the
-/// reach, falling to 0 at twice the reach.
+/// Computes the share of a level's differences that is added to the finer level: 1 if the level's
+/// texels are at most as wide as the reach, falling to 0 at twice the reach.
 static float seam_compute_fade(float reach, uint level) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
@@ -92,7 +92,7 @@ static float3 seam_interpolate_normal(global const kiln_volume_chart* charts, gl
   return a * (1.0f - share) + b * share;
 }
 
-/// The mean of all sides at a node, weighted by their similarity to the side `self`.
+/// Averages the normals of all sides at a node, weighted by their similarity to the side `self`.
 static float3 seam_average_normals(global const kiln_volume_chart* charts, global const float4* texels,
                                    global const uint* members, uint begin, uint end, uint self, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -236,7 +236,7 @@ kernel void kiln_volume_seam_gather(const kiln_volume_level params,
   }
 }
 
-/// Means of the known texels among 2 x 2 of the finer level.
+/// Averages the known texels among the 2 x 2 of the finer level under each texel.
 kernel void kiln_volume_seam_push(const kiln_volume_level params,
                                   global const kiln_volume_chart* restrict charts,
                                   global const uint* restrict row_charts,
