@@ -98,7 +98,7 @@ class DeviceBuilder {
     launch("kiln_bvh_classify", count, count_, narrow(host_positions_.size()),
            std::uint32_t{is_resolved}, positions_, triangles_, classes_, from);
     while (count > 1) {
-      launch("kiln_bvh_join", runs_of(count), narrow(count), from, to);
+      launch("kiln_bvh_join_summaries", runs_of(count), narrow(count), from, to);
       std::swap(from, to);
       count = runs_of(count);
     }
@@ -136,14 +136,14 @@ class DeviceBuilder {
     do {
       const Level from = levels.back();
       const Level to{from.first + from.count, runs_of(from.count)};
-      launch("kiln_bvh_sum", to.count, narrow(from.count), narrow(from.first), narrow(to.first),
+      launch("kiln_bvh_scan_up", to.count, narrow(from.count), narrow(from.first), narrow(to.first),
              numbers_);
       levels.push_back(to);
     } while (levels.back().count > 1);
     total_at_ = levels.back().first;
     for (std::size_t i = levels.size() - 1; i-- > 0;) {
       const bool is_top = i + 2 == levels.size();
-      launch("kiln_bvh_spread", runs_of(levels[i].count), narrow(levels[i].count),
+      launch("kiln_bvh_scan_down", runs_of(levels[i].count), narrow(levels[i].count),
              narrow(levels[i].first), narrow(levels[i + 1].first), std::uint32_t{is_top}, numbers_);
     }
   }
@@ -191,15 +191,15 @@ class DeviceBuilder {
     bool merges_by_twos = false;
     for (std::uint32_t count = unique_; count > 1;) {
       if (merges_by_twos) {
-        launch("kiln_bvh_pair", count, count, partners);
+        launch("kiln_bvh_pair_neighbours", count, count, partners);
       } else {
-        launch("kiln_bvh_search", count, count, clusters_, branches_, partners);
+        launch("kiln_bvh_find_partners", count, count, clusters_, branches_, partners);
       }
       launch("kiln_bvh_mark_pairs", count, count, partners, numbers_);
       scan(count);
       const std::uint32_t ended = read_total();
-      launch("kiln_bvh_merge", count, count, next, partners, numbers_, clusters_, merged, branches_,
-             sizes_);
+      launch("kiln_bvh_merge_pairs", count, count, next, partners, numbers_, clusters_, merged,
+             branches_, sizes_);
       std::swap(clusters_, merged);
       merges_by_twos = ended < kMinMergedShare * count;
       count -= ended;
@@ -221,12 +221,12 @@ class DeviceBuilder {
     for (; first < node_count; ++parts.depth) {
       if (parts.depth == limits.depth) return false;
       const std::uint32_t count = node_count - first;
-      launch("kiln_bvh_open", count, count, first, roots, branches_, sizes_, numbers_);
+      launch("kiln_bvh_count_children", count, count, first, roots, branches_, sizes_, numbers_);
       scan(2 * std::size_t{count});
       const std::uint32_t children = read_total();
       const std::uint32_t nodes = read(numbers_, count);
-      launch("kiln_bvh_place", count, count, first, node_count, block_count, numbers_, roots,
-             leaf_roots, starts, branches_, sizes_);
+      launch("kiln_bvh_place_children", count, count, first, node_count, block_count, numbers_,
+             roots, leaf_roots, starts, branches_, sizes_);
       first = node_count;
       node_count += nodes;
       block_count += children - nodes;

@@ -47,7 +47,7 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
   const bool is_scalar = traversal_ != Traversal::cpu;
   const bool searches_singly = is_automatic_ && count <= kMaxSingleSamples;
   const cl::Kernel kernel =
-      context_->kernel("closest", is_scalar ? "kiln_closest_scalar" : "kiln_closest_run",
+      context_->kernel("closest", is_scalar ? "kiln_closest_scalar" : "kiln_closest_search_run",
                        tree_->defines(is_scalar         ? "-DKILN_CLOSEST_SCALAR=1"
                                       : searches_singly ? "-DKILN_CLOSEST_SINGLE=1"
                                                         : ""));

@@ -174,8 +174,9 @@ void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& k
   for (std::size_t first = 0; first < views.size(); first += batch) {
     const auto count = static_cast<std::uint32_t>(std::min(batch, views.size() - first));
     const cl::Array<kiln_view> batch_views(context_, views.subspan(first, count));
-    context_.launch(context_.kernel("tiles", "kiln_tiles_bounds"), std::size_t{count} * padded,
-                    kLocal, count, groups, padded, batch_views, bounds_, boxes_, group_boxes_);
+    context_.launch(context_.kernel("tiles", "kiln_tiles_compute_bounds"),
+                    std::size_t{count} * padded, kLocal, count, groups, padded, batch_views,
+                    bounds_, boxes_, group_boxes_);
     context_.launch(context_.kernel("tiles", "kiln_tiles_draw"), std::size_t{count} * tiles, 1,
                     count * tiles, groups, padded, batch_views, boxes_, group_boxes_, chunks_,
                     keys.keys, keys.drawn);
@@ -197,14 +198,14 @@ void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
   for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
     for (std::uint32_t first = 0; first < triangle_count_; first += kItemsPerLaunch) {
       const std::uint32_t batch_count = std::min(kItemsPerLaunch, triangle_count_ - first);
-      const cl::Kernel small = kernel("kiln_raster_small");
+      const cl::Kernel small = kernel("kiln_raster_draw_small");
       context_.launch(small, batch_count,
                       context_.group_size(small, context_.tuning().raster_group, kLocal), view,
                       first, batch_count, pass, mesh_->triangles, projected_, keys.keys,
                       queue_size_, queue_);
     }
-    context_.launch(kernel("kiln_raster_large"), kLocal * KILN_RASTER_BANDS, kLocal, view, pass,
-                    mesh_->triangles, projected_, keys.keys, queue_size_, queue_);
+    context_.launch(kernel("kiln_raster_draw_large"), kLocal * KILN_RASTER_BANDS, kLocal, view,
+                    pass, mesh_->triangles, projected_, keys.keys, queue_size_, queue_);
   }
 }
 

@@ -148,8 +148,8 @@ void AoDenoiser::prepare(const Texels& texels) {
   const kiln_ao_denoiser_params params{count_, texels.points_plane};
   make_room(context_, smoothing_input_, std::size_t{2} * count_);
   make_room(context_, smoothing_output_, std::size_t{2} * count_);
-  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_weights"), count_, kLocal,
-                  params, neighbours_, texels.points);
+  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_compute_weights"), count_,
+                  kLocal, params, neighbours_, texels.points);
 }
 
 void AoDenoiser::launch_steps(std::uint32_t steps) {
@@ -332,8 +332,8 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   const std::span<float> first_blur(first_blur_memory.get(), pairs),
       further_blur(further_blur_memory.get(), pairs);
   const kiln_ao_denoiser_params params{count_, 0};
-  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), count_, kLocal,
-                  params, neighbours_, smoothing_input_);
+  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_measure_centroids"), count_,
+                  kLocal, params, neighbours_, smoothing_input_);
   // Squared distance from each texel to the centroid of its weights (kMaxSquaredCentroidShift),
   // stored twice per texel
   smoothing_input_.read(context_, further_blur);
@@ -396,7 +396,7 @@ std::vector<std::uint32_t> AoDenoiser::mark_nearby(std::span<const std::uint32_t
                                                    std::uint32_t reach,
                                                    std::vector<std::uint8_t>& unsure) {
   // Mask of the low bits of an entry, which hold the neighbour's index; the high bits hold its
-  // weight (kiln_ao_denoiser_weights)
+  // weight (kiln_ao_denoiser_compute_weights)
   constexpr std::uint32_t kIndexMask = 0xFFFFFFU;
   if (!texels.empty() && host_neighbours_.empty()) {
     host_neighbours_.resize(std::size_t{KILN_AO_DENOISER_NEIGHBOURS} * count_);

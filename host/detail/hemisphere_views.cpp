@@ -65,9 +65,9 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
   if (!bent_sum.empty())
     build_defines += (uses_scalar_kernel_ ? " " : "") + std::string("-DKILN_HEMISPHERE_BENT_SUM=1");
   const cl::Kernel add =
-      context_.kernel("hemisphere_views", "kiln_hemisphere_views", build_defines);
+      context_.kernel("hemisphere_views", "kiln_hemisphere_add_views", build_defines);
   const cl::Kernel depths =
-      context_.kernel("hemisphere_views", "kiln_hemisphere_depths", build_defines);
+      context_.kernel("hemisphere_views", "kiln_hemisphere_unpack_depths", build_defines);
   for (std::uint32_t first = 0; first < directions(); first += batch) {
     const std::uint32_t batch_size = std::min(batch, directions() - first);
     const std::span<kiln_view> views = std::span(views_).subspan(first, batch_size);

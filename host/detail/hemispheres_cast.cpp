@@ -111,9 +111,9 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
 
 void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelBand& band,
                               const DeviceCorrespondence& match, const cl::Array<float>& points) {
-  context_.launch(context_.kernel("hemisphere_points", "kiln_hemisphere_points"), params.stride,
-                  kLocal, params, band.triangle, band.barycentric, band.points, shading_,
-                  match.triangle, match.barycentric, positions_, triangles_,
+  context_.launch(context_.kernel("hemisphere_points", "kiln_hemisphere_write_points"),
+                  params.stride, kLocal, params, band.triangle, band.barycentric, band.points,
+                  shading_, match.triangle, match.barycentric, positions_, triangles_,
                   source_.attributes.normal_indices, source_.attributes.normals, picked_indices_,
                   points);
 }
@@ -158,7 +158,7 @@ void Hemispheres::for_each_ray_piece(const TexelBand& band, const DeviceCorrespo
     ray_capacity_ = capacity;
     make_room(context_, rays_, std::size_t{6} * capacity);
   }
-  const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
+  const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_write_rays");
   for_each_piece(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.ray_capacity = ray_capacity_;
     params.by_sample = by_sample ? 1 : 0;

@@ -95,16 +95,16 @@ void NormalDetail::run(const TexelBand& band, const DeviceCorrespondence& match,
   if (band.sample_count == band.texel_count) {
     set_counts(band, match);
     resolve_.texel_count = band.texel_count;
-    context_.launch(kernel("detail_texel", "kiln_detail_texel"), count_work_items(band), kLocal,
-                    detail_, resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
-                    match.triangle, match.barycentric, source_.normal_indices, source_.normals,
-                    image, coverage);
+    context_.launch(kernel("detail_texel", "kiln_detail_bake_texels"), count_work_items(band),
+                    kLocal, detail_, resolve_, band.texel_index, band.triangle, band.barycentric,
+                    shading_, match.triangle, match.barycentric, source_.normal_indices,
+                    source_.normals, image, coverage);
     return;
   }
   prepare(band, match);
-  context_.launch(kernel("detail", "kiln_detail_normal"), count_work_items(band), kLocal, detail_,
-                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
-                  source_.normal_indices, source_.normals, values_);
+  context_.launch(kernel("detail", "kiln_detail_compute_normals"), count_work_items(band), kLocal,
+                  detail_, band.triangle, band.barycentric, shading_, match.triangle,
+                  match.barycentric, source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
 }
 

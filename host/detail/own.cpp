@@ -96,7 +96,7 @@ class OwnMapMaker : public MapMaker {
     const cl::OwnMapRun run_scope(message_label_, seconds_);
     Stopwatch stopwatch;
     try {
-      cl::Kernel kernel = context_.kernel_with("own", "kiln_own_values", map.source, map.file);
+      cl::Kernel kernel = context_.kernel_with("own", "kiln_own_evaluate", map.source, map.file);
       seconds_to_compile_ = std::max(0.0, seconds_ - stopwatch.lap());
       return kernel;
     } catch (const Error&) {

@@ -14,10 +14,10 @@ namespace kiln {
 ///   they must be exactly equal
 inline bool is_grey(const Image& image, float rounding) {
   if (image.channels < 3) return true;
-  const auto alike = [&](float a, float b) { return a == b || std::abs(a - b) <= rounding; };
+  const auto is_close = [&](float a, float b) { return a == b || std::abs(a - b) <= rounding; };
   for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
     const float* const p = &image.pixels[i];
-    if (!alike(p[0], p[1]) || !alike(p[0], p[2]) || !alike(p[1], p[2])) return false;
+    if (!is_close(p[0], p[1]) || !is_close(p[0], p[2]) || !is_close(p[1], p[2])) return false;
   }
   return true;
 }

@@ -118,8 +118,8 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   cl::Array<Key> keys(context, key_stride * rows);
   cl::Array<Offset> offsets(context, std::size_t{band.stride} * rows);
   context.fill(keys, static_cast<Key>(0x7F7F7F7F7F7F7F7FULL));
-  const cl::Kernel columns = context.kernel("image", "kiln_image_gutter_columns", defines);
-  const cl::Kernel nearest = context.kernel("image", "kiln_image_gutter_rows", defines);
+  const cl::Kernel columns = context.kernel("image", "kiln_image_search_columns", defines);
+  const cl::Kernel nearest = context.kernel("image", "kiln_image_search_rows", defines);
 
   std::uint64_t count = 0;
   std::vector<Offset> found(offsets.size());
@@ -167,10 +167,10 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::ui
   std::vector<std::uint8_t> is_known(texels);
   std::vector<std::uint8_t> is_wanted(texels);
   std::atomic<std::uint64_t> empty{0};
-  std::atomic<bool> any{false};
+  std::atomic<bool> has_wanted_texels{false};
   parallel_for(texels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
     std::uint64_t empty_here = 0;
-    bool any_here = false;
+    bool has_wanted_here = false;
     for (std::size_t i = begin; i < end; ++i) {
       const bool missed = coverage[i] == kCoverageMissed && options.fill_missed;
       // With `everywhere`, padding from the step before is used as known data. Otherwise it is not,
@@ -180,13 +180,13 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::ui
               ? 1
               : 0;
       is_wanted[i] = missed || (everywhere && coverage[i] == kCoverageEmpty) ? 1 : 0;
-      any_here = any_here || is_wanted[i] != 0;
+      has_wanted_here = has_wanted_here || is_wanted[i] != 0;
       if (coverage[i] == kCoverageEmpty) ++empty_here;
     }
     empty += empty_here;
-    if (any_here) any = true;
+    if (has_wanted_here) has_wanted_texels = true;
   });
-  if (!any) return 0;
+  if (!has_wanted_texels) return 0;
   for (const GutterImage& image : images) {
     if (!push_pull(*image.image, is_known, is_wanted, image.unit_vectors)) return 0;
   }
@@ -203,13 +203,14 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::ui
 void check_sizes(std::span<const GutterImage> images, std::span<const std::uint8_t> coverage) {
   const Image& first = *images.front().image;
   const std::size_t texels = std::size_t{first.width} * first.height;
-  for (const GutterImage& one : images) {
-    const Image& image = *one.image;
+  for (const GutterImage& gutter_image : images) {
+    const Image& image = *gutter_image.image;
     if (texels == 0 || image.width != first.width || image.height != first.height ||
         image.channels < 1 || image.channels > 4 || coverage.size() != texels ||
         image.pixels.size() != texels * image.channels) {
       throw Error(ErrorCode::internal,
-                  "The coverage given to fill_gutter() does not have the image's size.");
+                  "Padding needs images of one size with 1 to 4 channels, and a coverage with one "
+                  "value per texel.");
     }
   }
 }

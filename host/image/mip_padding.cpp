@@ -71,12 +71,12 @@ std::vector<TexelRole> classify_texels(const Image& image, std::span<const std::
         const std::size_t top = y == 0 ? 0 : y - 1;
         const std::size_t bottom = std::min<std::size_t>(y + 1, image.height - 1);
         for (std::size_t x = 0; x < width; ++x) {
-          std::uint8_t any = 0;
+          std::uint8_t is_near = 0;
           for (std::size_t v = top; v <= bottom; ++v) {
             for (std::size_t u = x == 0 ? 0 : x - 1; u <= std::min(x + 1, width - 1); ++u)
-              any |= is_near_chart[v * width + u];
+              is_near |= is_near_chart[v * width + u];
           }
-          is_near_after_step[y * width + x] = any;
+          is_near_after_step[y * width + x] = is_near;
         }
       }
     });
@@ -239,7 +239,7 @@ class BiasCorrection {
   BiasCorrection(Image& image, const std::vector<TexelRole>& texels,
                  const std::vector<MeanLevel>& levels)
       : image_(image), texels_(texels), squares_(levels[kFirstLevel - 1]) {
-    const double all = levels.back().count[0];
+    const double total_count = levels.back().count[0];
     for (std::size_t k = kFirstLevel - 1; k < levels.size(); ++k) {
       const MeanLevel& level = levels[k];
       const std::size_t shift = k + 1 - kFirstLevel;
@@ -248,7 +248,7 @@ class BiasCorrection {
         for (std::size_t x = 0; x < squares_.width; ++x) {
           const std::size_t u = x >> shift, v = y >> shift;
           weights[y * squares_.width + x] =
-              level.count[v * level.width + u] / (all * area(u, v, k + 1));
+              level.count[v * level.width + u] / (total_count * count_texels(u, v, k + 1));
         }
       }
       weights_.push_back(std::move(weights));
@@ -289,7 +289,7 @@ class BiasCorrection {
   }
   /// Number of the image's texels under a texel of a level; smaller than the texel's square at the
   /// right and lower borders.
-  double area(std::size_t x, std::size_t y, std::size_t level) const {
+  double count_texels(std::size_t x, std::size_t y, std::size_t level) const {
     const std::size_t side = std::size_t{1} << level;
     return static_cast<double>(std::min<std::size_t>(side, image_.width - x * side)) *
            static_cast<double>(std::min<std::size_t>(side, image_.height - y * side));
@@ -388,7 +388,7 @@ class TexelCorrection {
   TexelCorrection(Image& image, const std::vector<TexelRole>& texels,
                   const std::vector<MeanLevel>& levels)
       : image_(image), texels_(texels), levels_(levels.size()) {
-    const double all = levels.back().count[0];
+    const double total_count = levels.back().count[0];
     for (std::size_t k = 0; k < levels.size(); ++k) {
       const MeanLevel& level = levels[k];
       std::vector<double> weights(level.count.size());
@@ -397,7 +397,7 @@ class TexelCorrection {
           const std::size_t side = std::size_t{2} << k;
           const auto area = static_cast<double>(std::min(side, image.width - x * side) *
                                                 std::min(side, image.height - y * side));
-          weights[y * level.width + x] = level.count[y * level.width + x] / (all * area);
+          weights[y * level.width + x] = level.count[y * level.width + x] / (total_count * area);
         }
       }
       widths_.push_back(level.width);
@@ -420,7 +420,7 @@ class TexelCorrection {
                     [&](double bias) { return std::abs(bias) + margin <= kMaxSquareBias; })) {
       return;
     }
-    std::vector<double> target = biases(mean);
+    std::vector<double> target = compute_biases(mean);
     if (std::none_of(target.begin(), target.end(),
                      [](double bias) { return std::abs(bias) > kMaxSquareBias; })) {
       return;
@@ -468,7 +468,7 @@ class TexelCorrection {
 
   /// The bias of each level: the mean of its texels, weighted by the charts' area under each, minus
   /// the mean of the charts.
-  std::vector<double> biases(double mean) const {
+  std::vector<double> compute_biases(double mean) const {
     const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
     std::vector<double> parts(rows * levels_, 0.0);
     parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
@@ -488,8 +488,8 @@ class TexelCorrection {
     return result;
   }
 
-  /// biases() from sums over the squares of each level, which add up from level to level. This takes far fewer
-  /// additions, which are rounded in another way.
+  /// Computes the same as compute_biases(), but adds the sums of each level's squares to get those of the next level.
+  /// This takes far fewer additions, whose rounding differs.
   std::vector<double> estimate_biases(double mean) const {
     // The rows of a task are one row of squares of this level.
     constexpr std::size_t kTaskLevels = kFirstLevel;

@@ -56,7 +56,7 @@ Level push(const LevelView& fine, bool unit_vectors) {
   coarse_level.known.resize(texels);
   std::atomic<bool> is_complete{true};
   parallel_for(coarse_level.height, 16, [&](std::size_t begin, std::size_t end) {
-    bool all = true;
+    bool are_rows_complete = true;
     for (std::size_t y = begin; y < end; ++y) {
       for (std::size_t x = 0; x < coarse_level.width; ++x) {
         Texel sum{};
@@ -72,7 +72,7 @@ Level push(const LevelView& fine, bool unit_vectors) {
           }
         }
         if (count == 0) {
-          all = false;
+          are_rows_complete = false;
           continue;
         }
         for (std::size_t c = 0; c < kChannels; ++c) sum[c] /= static_cast<float>(count);
@@ -82,7 +82,7 @@ Level push(const LevelView& fine, bool unit_vectors) {
         std::copy_n(sum.begin(), kChannels, &coarse_level.values[texel * kChannels]);
       }
     }
-    if (!all) is_complete = false;
+    if (!are_rows_complete) is_complete = false;
   });
   coarse_level.is_complete = is_complete;
   return coarse_level;

@@ -39,10 +39,10 @@ bool holds_floats(ImageFormat format) {
 }
 
 std::vector<ValueRange> stored_ranges(const BakedMap& map, ImageFormat format) {
-  const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
-    return range.low == 0 && range.high == 1;
-  });
-  return as_is || holds_floats(format) || map.info.type == MapType::unit_vector
+  const bool is_unscaled =
+      std::all_of(map.ranges.begin(), map.ranges.end(),
+                  [](const ValueRange& range) { return range.low == 0 && range.high == 1; });
+  return is_unscaled || holds_floats(format) || map.info.type == MapType::unit_vector
              ? std::vector<ValueRange>()
              : map.ranges;
 }

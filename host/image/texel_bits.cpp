@@ -16,11 +16,11 @@ TexelBits dilated(const TexelBits& from) {
         if (y + 1 < from.height()) bits |= from.row(y + 1)[w];
         return bits;
       };
-      std::uint64_t before = 0, at = column_union(0);
+      std::uint64_t previous_word = 0, word = column_union(0);
       for (std::size_t w = 0; w < words; ++w) {
-        const std::uint64_t after = w + 1 < words ? column_union(w + 1) : 0;
-        to[w] = at | at << 1U | at >> 1U | before >> 63U | after << 63U;
-        before = at, at = after;
+        const std::uint64_t next_word = w + 1 < words ? column_union(w + 1) : 0;
+        to[w] = word | word << 1U | word >> 1U | previous_word >> 63U | next_word << 63U;
+        previous_word = word, word = next_word;
       }
       to[words - 1] &= from.last_word();
     }

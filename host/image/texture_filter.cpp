@@ -169,8 +169,9 @@ FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind
   const std::size_t texels = std::size_t{image_->width} * image_->height;
   if (texels == 0 || channels_ < 1 || channels_ > 4 ||
       image_->pixels.size() != texels * channels_) {
-    throw Error(ErrorCode::input,
-                "A texture has no pixels, or their number does not match its size.");
+    throw Error(
+        ErrorCode::input,
+        "A texture must have pixels, 1 to 4 channels, and one value per pixel and channel.");
   }
   if (kind == TextureKind::normal) {
     reading.normals.check(*image_);

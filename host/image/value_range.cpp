@@ -36,9 +36,10 @@ std::array<TexelSpan, 2> find_shown_spans(double begin, double end, std::int64_t
   if (wrap == TextureWrap::repeat)
     return {TexelSpan{a, std::min(b, size - 1)}, TexelSpan{0, b - size}};
   // With mirroring, a span may run forwards, then backwards, then forwards again.
-  const TexelSpan back{2 * size - 1 - std::min(b, 2 * size - 1), 2 * size - 1 - std::max(a, size)};
+  const TexelSpan mirrored{2 * size - 1 - std::min(b, 2 * size - 1),
+                           2 * size - 1 - std::max(a, size)};
   return {a < size ? TexelSpan{a, std::min(b, size - 1)} : TexelSpan{0, b - 2 * size},
-          b < size ? TexelSpan{0, -1} : back};
+          b < size ? TexelSpan{0, -1} : mirrored};
 }
 
 }  // namespace
@@ -101,8 +102,8 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
   const double left = std::floor(u0 * width - 0.5), right = std::floor(u1 * width - 0.5) + 1;
   const double top = std::floor((1 - v1) * height - 0.5),
                bottom = std::floor((1 - v0) * height - 0.5) + 1;
-  const Range& all = levels_.back().ranges[0];
-  if (!(right - left < width && bottom - top < height)) return all;
+  const Range& whole_range = levels_.back().ranges[0];
+  if (!(right - left < width && bottom - top < height)) return whole_range;
   // The parts of the rectangle within each repetition of the picture are looked up separately,
   // since the blocks of coarser levels are cut off at the picture's border.
   const auto inside = [&](std::int64_t ax, std::int64_t ay, std::int64_t bx, std::int64_t by) {
@@ -123,7 +124,7 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
     }
     return range;
   };
-  Range range = all;
+  Range range = whole_range;
   bool first = true;
   for (const auto& [ay, by] : find_shown_spans(top, bottom, base.height, wraps[1])) {
     for (const auto& [ax, bx] : find_shown_spans(left, right, base.width, wraps[0])) {

@@ -20,7 +20,7 @@ class AxisMatcher : public Matcher {
     if (axis_points_.size() < size) axis_points_ = cl::Array<float>(context_, size);
     // The axis is flipped so that it points to the side that the low poly faces: outward is then
     // its positive direction.
-    context_.launch(context_.kernel("match", "kiln_match_axis"), band.sample_count, kLocal,
+    context_.launch(context_.kernel("match", "kiln_match_set_axis"), band.sample_count, kLocal,
                     band.sample_count, band.capacity, axis_.x, axis_.y, axis_.z, band.points,
                     axis_points_);
     rays_.intersect(axis_points_, band.sample_count, band.capacity, query_, match);

@@ -35,7 +35,7 @@ void LowRays::write_search_limits(cl::Context& context, const TexelBand& samples
   const std::uint32_t count = samples.sample_count;
   DeviceCorrespondence hits(context, samples.capacity);
   rays_.intersect(samples.points, count, samples.capacity, query, hits);
-  context.launch(context.kernel("match", "kiln_match_limit"), count, kLocal, count,
+  context.launch(context.kernel("match", "kiln_match_write_limits"), count, kLocal, count,
                  samples.capacity, farthest, first, triangle_normals_, samples.points,
                  hits.triangle, hits.distance, limits);
 }

@@ -159,8 +159,8 @@ void UvRaster::distance(const TexelBand& band, DeviceCorrespondence& match) cons
   params.sample_count = band.sample_count;
   params.band_capacity = band.capacity;
   params.hit_capacity = match.capacity;
-  context_.launch(context_.kernel("uv", "kiln_uv_distance"), band.sample_count, kLocal, params,
-                  band.points, triangles_, positions_, match.triangle, match.barycentric,
+  context_.launch(context_.kernel("uv", "kiln_uv_measure_distances"), band.sample_count, kLocal,
+                  params, band.points, triangles_, positions_, match.triangle, match.barycentric,
                   match.distance);
 }
 

@@ -48,7 +48,7 @@ struct PieceBuilder {
         ++without_area;
         return;
       }
-      if (grid.beyond_square(fixed_triangle)) ++outside;
+      if (grid.is_beyond_square(fixed_triangle)) ++outside;
       add_piece(fixed_triangle, t, 0);
       return;
     }
@@ -64,14 +64,14 @@ struct PieceBuilder {
         clip.weight1[k] = static_cast<float>(fan[k].weight[1]);
         clip.weight2[k] = static_cast<float>(fan[k].weight[2]);
       }
-      if (doubled_area(fixed_triangle) == 0 || grid.misses_square(fixed_triangle)) continue;
+      if (doubled_area(fixed_triangle) == 0 || grid.is_outside_square(fixed_triangle)) continue;
       clips.push_back(clip);
       add_piece(fixed_triangle, t, static_cast<std::uint32_t>(clips.size()));
     }
   }
 
   void add_piece(const FixedPointTriangle& fixed, std::uint32_t t, std::uint32_t clip) {
-    if (grid.misses_square(fixed)) return;
+    if (grid.is_outside_square(fixed)) return;
     kiln_uv_piece uv_piece{};
     std::copy(fixed.x.begin(), fixed.x.end(), uv_piece.x);
     std::copy(fixed.y.begin(), fixed.y.end(), uv_piece.y);

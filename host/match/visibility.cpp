@@ -302,13 +302,14 @@ void VisibilityProbe::add_directions_by_views(ProbedPoints& probed) {
     if (depths.empty()) depths = cl::Array<float>(context, std::size_t{pixels} * count);
     kiln_visibility_params params = impl_->params(probed);
     params.count = pixels * count;
-    context.launch(context.kernel("visibility", "kiln_visibility_depths"), params.count, kLocal,
-                   params, impl_->device_views, impl_->keys.keys, impl_->keys.drawn, depths);
+    context.launch(context.kernel("visibility", "kiln_visibility_unpack_depths"), params.count,
+                   kLocal, params, impl_->device_views, impl_->keys.keys, impl_->keys.drawn,
+                   depths);
     params.count = probed.count;
     params.view_count = count;
     params.bias = kDepthBiasPixels / impl_->views[0].scale;
     params.first_direction = static_cast<std::uint32_t>(first);
-    const cl::Kernel add = context.kernel("visibility", "kiln_visibility_texels", defines);
+    const cl::Kernel add = context.kernel("visibility", "kiln_visibility_add_to_samples", defines);
     const std::size_t work_items =
         is_scalar ? probed.count : probed.capacity / KILN_VISIBILITY_SAMPLES;
     if (probed.seen.empty()) {
@@ -341,7 +342,7 @@ void VisibilityProbe::add_directions_by_rays(ProbedPoints& probed) {
   kiln_visibility_params params = impl_->params(probed);
   const cl::Kernel set_directions_kernel =
       context.kernel("visibility", "kiln_visibility_set_ray_directions");
-  const cl::Kernel add = context.kernel("visibility", "kiln_visibility_add",
+  const cl::Kernel add = context.kernel("visibility", "kiln_visibility_add_view",
                                         probed.seen.empty() ? "" : kStoreSeenDefine);
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
     impl_->choose_views(first, impl_->batch());
@@ -375,9 +376,10 @@ std::vector<float> VisibilityProbe::corners() {
     impl_->choose_views(first, impl_->batch());
     impl_->draw();
     params.view_count = static_cast<std::uint32_t>(impl_->views.size());
-    context.launch(context.kernel("visibility", "kiln_visibility_corners"), params.count, kLocal,
-                   params, impl_->device_views, impl_->weights, impl_->keys.keys, impl_->keys.drawn,
-                   impl_->rasterizer().triangles(), impl_->rasterizer().positions(), sums);
+    context.launch(context.kernel("visibility", "kiln_visibility_add_to_corners"), params.count,
+                   kLocal, params, impl_->device_views, impl_->weights, impl_->keys.keys,
+                   impl_->keys.drawn, impl_->rasterizer().triangles(),
+                   impl_->rasterizer().positions(), sums);
   }
   return sums.download(context);
 }

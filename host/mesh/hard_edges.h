@@ -18,7 +18,7 @@ struct HardEdges {
     Vec3 from, along;
     std::array<std::uint32_t, 2> faces{};  ///< The first two triangles at the edge
   };
-  std::vector<Edge> edges;  ///< Edges of length 0 are left out
+  std::vector<Edge> edges;  ///< Without edges of length 0
 
   static HardEdges of(const LowSurface& surface);
 

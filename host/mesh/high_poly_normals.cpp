@@ -83,7 +83,7 @@ HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const 
     } while (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]);
   }
   std::sort(touched_entries.begin(), touched_entries.end());
-  // Sums in triangle order, as for the whole mesh.
+  // Sums are formed in triangle order, so they equal those for the whole mesh.
   std::vector<Vec3> sums(touched_entries.size());
   parallel_for(touched_entries.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

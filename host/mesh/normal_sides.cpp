@@ -346,7 +346,7 @@ class MirroredNormals {
                                  own.z * static_cast<float>(signs[2])});
       }
       n = found->second;
-      // So the bitangent does not change
+      // The sign is negated like the normal, so that the bitangent does not change
       if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;
     }
   }

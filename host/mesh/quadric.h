@@ -30,7 +30,7 @@ struct Quadric {
   double at(const Vec3d& p) const;
   /// Root-mean-square distance of a point to the planes, times `area`.
   double weighted_distance(const Vec3d& p) const;
-  /// Half of the sum's gradient at a point.
+  /// Computes half of the sum's gradient at a point.
   Vec3d slope(const Vec3d& p) const;
   /// Position of the minimum near the edge from a to b. A weak attraction to the middle of the edge determines the
   /// directions in which the sum is constant. If the minimum is far away, the result is the best of a, b and the

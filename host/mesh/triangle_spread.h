@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// Fractional part of a number.
+/// Returns the fractional part of a number.
 inline double fraction_of(double x) { return x - std::floor(x); }
 
 /// A point of an infinite, evenly distributed sequence of points on a triangle, from the plastic number (Roberts 2018).

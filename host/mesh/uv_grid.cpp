@@ -78,7 +78,7 @@ std::int32_t UvGrid::fixed_y(double v) const {
       unit - static_cast<std::int64_t>(std::nearbyint(v * static_cast<double>(unit))));
 }
 
-bool UvGrid::beyond_square(const FixedPointTriangle& f) const {
+bool UvGrid::is_beyond_square(const FixedPointTriangle& f) const {
   const std::int64_t right_edge = std::int64_t{sample_width} << shift;
   const std::int64_t bottom_edge = std::int64_t{sample_height} << shift;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -87,7 +87,7 @@ bool UvGrid::beyond_square(const FixedPointTriangle& f) const {
   return false;
 }
 
-bool UvGrid::misses_square(const FixedPointTriangle& f) const {
+bool UvGrid::is_outside_square(const FixedPointTriangle& f) const {
   const std::int64_t right_edge = std::int64_t{sample_width} << shift;
   const std::int64_t bottom_edge = std::int64_t{sample_height} << shift;
   const auto [x_low, x_high] = std::minmax_element(f.x.begin(), f.x.end());

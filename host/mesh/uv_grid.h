@@ -45,9 +45,9 @@ struct UvGrid {
   std::int32_t fixed_x(double u) const;
   std::int32_t fixed_y(double v) const;
   /// True if the triangle extends beyond the unit square
-  bool beyond_square(const FixedPointTriangle& f) const;
+  bool is_beyond_square(const FixedPointTriangle& f) const;
   /// True if the triangle has no area within the unit square
-  bool misses_square(const FixedPointTriangle& f) const;
+  bool is_outside_square(const FixedPointTriangle& f) const;
 };
 
 /// A corner of a clipped polygon, with its barycentric coordinates in the triangle.

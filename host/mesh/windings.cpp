@@ -178,7 +178,7 @@ class ReversedNormals {
           reversed_normals_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) mesh_.normals.push_back({-own.x, -own.y, -own.z});
       n = found->second;
-      // So the bitangent does not change
+      // The sign is negated like the normal, so that the bitangent does not change
       if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;
     }
   }

@@ -96,17 +96,17 @@ class FramePainter {
     const kiln_view view = depth_view_of(params);
     rasterizer_.draw({&view, 1}, depth_keys_);
     const std::uint32_t count = params.pixel_count;
-    context_.launch(context_.kernel("render", "kiln_render_keys"), count, kLocal, params,
+    context_.launch(context_.kernel("render", "kiln_render_convert_keys"), count, kLocal, params,
                     depth_keys_.keys, depth_keys_.drawn, scene_.position_indices, scene_.positions,
                     hits_.triangle, hits_.barycentric);
-    context_.launch(context_.kernel("render", "kiln_render_surface"), count, kLocal, params,
+    context_.launch(context_.kernel("render", "kiln_render_compute_surface"), count, kLocal, params,
                     hits_.triangle, hits_.barycentric, scene_.position_indices, scene_.positions,
                     scene_.normal_indices, scene_.normals, surface_);
     if (with_map_) {
       kiln_render_map_params map = scene_.map_params;
       map.count = count;
       map.capacity = params.capacity;
-      context_.launch(context_.kernel("render", "kiln_render_map"), count, kLocal, map,
+      context_.launch(context_.kernel("render", "kiln_render_apply_map"), count, kLocal, map,
                       hits_.triangle, hits_.barycentric, scene_.shading, scene_.uvs, scene_.map,
                       surface_);
     }

@@ -340,18 +340,19 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
     params.pixel_count = std::min(tiles_per_section, tiles - params.first_tile) * kTilePixels;
     params.sample_count = params.pixel_count * samples_per_pixel;
     const std::uint32_t count = params.sample_count;
-    context.launch(context.kernel("render", "kiln_render_camera"), count, kLocal, params,
+    context.launch(context.kernel("render", "kiln_render_write_camera_rays"), count, kLocal, params,
                    section.points);
     rays->intersect(section.points, count, params.capacity, surface_ray, section.match);
-    context.launch(context.kernel("render", "kiln_render_surface"), count, kLocal, params,
+    context.launch(context.kernel("render", "kiln_render_compute_surface"), count, kLocal, params,
                    section.match.triangle, section.match.barycentric, position_indices, positions,
                    normal_indices, normals, section.surface);
     // Ambient occlusion is computed around the mesh's own normal, before the normal map is applied.
     for (kiln_uint pass = 0; pass < params.ambient_passes; ++pass) {
-      context.launch(context.kernel("render", "kiln_render_ambient_rays"), count, kLocal, params,
-                     pass, section.match.triangle, section.surface, device_disc, section.points);
+      context.launch(context.kernel("render", "kiln_render_write_ambient_rays"), count, kLocal,
+                     params, pass, section.match.triangle, section.surface, device_disc,
+                     section.points);
       rays->occluded(section.points, count, params.capacity, occlusion_ray, section.hit);
-      context.launch(context.kernel("render", "kiln_render_ambient_add"), count, kLocal, params,
+      context.launch(context.kernel("render", "kiln_render_count_open"), count, kLocal, params,
                      pass, section.hit, section.open);
     }
     if (has_map && !options.ignore_map && !options.flat && !depth) {
@@ -359,7 +360,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
       with_map.count = count;
       with_map.capacity = params.capacity;
       if (options.show_colors) with_map.space = KILN_RENDER_COLORS;
-      context.launch(context.kernel("render", "kiln_render_map"), count, kLocal, with_map,
+      context.launch(context.kernel("render", "kiln_render_apply_map"), count, kLocal, with_map,
                      section.match.triangle, section.match.barycentric, shading, uvs, map,
                      section.surface);
     }

@@ -51,7 +51,8 @@ bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
     const std::size_t k = v[0] == b ? 0 : v[1] == b ? 1 : 2;
     const std::uint32_t p = v[(k + 1) % 3], q = v[(k + 2) % 3];
     if (!is_common(p) || !is_common(q)) continue;
-    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Both fans are too large to search
+    // Two hubs have too many triangles to search.
+    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;
     mesh_.visits += std::min(mesh_.valence[p], mesh_.valence[q]);
     bool twin = false;
     mesh_.each_triangle_on_edge(

@@ -101,7 +101,7 @@ class CollapseMesh {
   void merge(std::uint32_t kept, std::uint32_t gone);
   /// Sets which triangles are two-sided. face_count_with_back_faces() counts these twice.
   void set_two_sided(std::vector<std::uint8_t> of_triangles);
-  /// Number of triangles, in which two-sided ones count twice.
+  /// Number of triangles; each two-sided triangle counts twice.
   std::size_t face_count_with_back_faces() const { return faces + back_face_count; }
   /// Removes dead triangles and unused vertices from the arrays. The remaining ones keep their order.
   /// \returns the new index of each vertex; kNoVertex for removed ones

@@ -52,7 +52,7 @@ struct LabelLines {
   double max_weight() const { return max_line_weight(length, length_of_all); }
 };
 
-/// Copies of those triangles of a mesh that are not removed, with their labels.
+/// Holds copies of the triangles of a mesh that have not been removed, and of their labels.
 class LiveTriangles {
   std::vector<Triangle> live_triangles_;
   std::vector<std::uint32_t> live_labels_;

@@ -12,7 +12,7 @@ struct CollapseEntry {
   double cost;
   std::uint32_t a, b;  ///< Vertices of the edge, a < b
   std::uint32_t stamp_a, stamp_b;
-  /// How often the collapse was rejected for bad shapes. Each time relaxes the limits of shapes
+  /// Number of times that the collapse was rejected for bad shapes. Each rejection relaxes the limits of shapes
   std::uint32_t leniency;
   /// Compares by descending cost, because heaps of the standard library keep the largest element first.
   bool operator<(const CollapseEntry& other) const;

@@ -15,7 +15,7 @@ using TriangleCorners = std::array<Vec3d, 3>;
 /// Compares the triangles around an edge before and after its collapse.
 class CollapseShape {
  public:
-  /// Largest leniency. A collapse that was rejected for bad shapes this often is from then on only rejected for folds.
+  /// Largest leniency. A collapse that was rejected for bad shapes this often is from then on rejected only for folds.
   static constexpr std::uint32_t kMaxLeniency = 2;
 
   explicit CollapseShape(const CollapseMesh& mesh);

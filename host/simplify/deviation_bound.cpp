@@ -67,10 +67,10 @@ double squared_distance_to_face(const Face& f, const Vec3d& p, double best,
 }  // namespace
 
 DeviationSamples::DeviationSamples(std::span<const Vec3> positions, std::span<const Triangle> dense,
-                                   std::uint64_t most)
+                                   std::uint64_t max_samples)
     : surface(positions, dense) {
   const std::uint64_t available = std::uint64_t{dense.size()} * 4;
-  const std::uint64_t count = std::min(available, most);
+  const std::uint64_t count = std::min(available, max_samples);
   std::vector<std::uint8_t> is_sampled(positions.size(), 0);
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint64_t sample = distance_sample(i, count, available);
@@ -87,7 +87,7 @@ DeviationSamples::DeviationSamples(std::span<const Vec3> positions, std::span<co
 }
 
 DeviationBound::DeviationBound(const CollapseMesh& mesh, const DeviationSamples& samples,
-                               double bound, bool own)
+                               double bound, bool is_high_poly)
     : samples_(samples),
       squared_limits_(samples.points.size(), bound * bound),
       squared_bound_(bound * bound),
@@ -95,7 +95,7 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const DeviationSamples&
       count_(mesh.triangles.size(), 0),
       next_sample_(samples.points.size(), kNoVertex) {
   std::vector<std::uint32_t> of = samples.triangles;
-  if (!own) {
+  if (!is_high_poly) {
     const std::vector<Vec3> points = to_floats(mesh.points);
     const SurfaceDistance tree(points, mesh.triangles);
     std::vector<double> squared(of.size());

@@ -18,14 +18,14 @@ namespace kiln {
 
 /// The points of the high poly at which deviations are measured: those of one_sided_distance(), without duplicates.
 struct DeviationSamples {
-  /// \param most  maximum number of samples, as for one_sided_distance()
+  /// \param max_samples  maximum number of samples, as for one_sided_distance()
   DeviationSamples(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                   std::uint64_t most);
+                   std::uint64_t max_samples);
 
   std::vector<Vec3> points;
   /// For each sample, the high-poly triangle on which it lies
   std::vector<std::uint32_t> triangles;
-  SurfaceDistance surface;  ///< Distances to the high poly
+  SurfaceDistance surface;  ///< Measures distances from points to the high poly
 };
 
 /// What the position of a moved vertex minimizes. `large`: the sum of the sixth powers of distances, which the largest
@@ -40,10 +40,11 @@ enum class DistanceNorm : std::uint8_t { large, all };
 /// samples stay within the bound.
 class DeviationBound {
  public:
-  /// \param samples  must outlive this object
-  /// \param own      true if the mesh is the high poly itself; if false, the nearest triangle of each sample is
+  /// \param samples       must outlive this object
+  /// \param is_high_poly  true if the mesh is the high poly itself; if false, the nearest triangle of each sample is
   ///   searched for
-  DeviationBound(const CollapseMesh& mesh, const DeviationSamples& samples, double bound, bool own);
+  DeviationBound(const CollapseMesh& mesh, const DeviationSamples& samples, double bound,
+                 bool is_high_poly);
 
   /// True if all samples were within the bound when this object was built.
   bool was_within_bound() const { return was_within_bound_; }

@@ -1,4 +1,4 @@
-// Constraint for hulls: no collapse cuts anything off the enclosed solid.
+// Constraint for hulls: rejects collapses that would cut something off the enclosed solid.
 #pragma once
 
 #include <cstdint>

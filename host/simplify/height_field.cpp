@@ -55,7 +55,7 @@ float snap_to_border(double u) {
   return std::abs(u - 1) < kUvRounding ? 1 : static_cast<float>(u);
 }
 
-/// Rule that detects values which stand for "no data" in a height field.
+/// Rule that detects values that stand for "no data" in a height field.
 ///
 /// Surveys mark missing heights by an extreme number. The lowest or highest value counts as "no data" on two
 /// conditions: it is a number that known programs write, and its distance to the next value exceeds the range of all

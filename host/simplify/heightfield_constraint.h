@@ -1,4 +1,4 @@
-// Constraint for height fields: the outline stays a rectangle, and all triangles face up.
+// Constraint for height fields: keeps the outline a rectangle, and all triangles facing up.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
 /// Normalizes each row. A zero row becomes (0, 0, 1).
 void normalize(Normals& normals);
 
-/// Angle-weighted normals, corrected so that each faces the same way as all faces around it where possible.
+/// Computes angle-weighted normals, corrected so that each faces the same way as all faces around it where possible.
 /// \param normal_of_corner  for each corner, the row of its normal, below `count`
 Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                        const std::vector<std::uint32_t>& normal_of_corner, std::size_t count);

@@ -222,7 +222,7 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       });
     }
     faces_away_at += best < kMaxAwayCosine;
-    // Even if all remaining points face away, they are fewer than three of four
+    // Even if all remaining points faced away, fewer than three of four would
     if (i >= faces_away_at + 1) return false;
   }
   return faces_away_at >= 3;

@@ -79,7 +79,7 @@ class SimplifyCheck {
                 bool height_field)
       : positions_(positions), triangles_(triangles), height_field_(height_field) {}
 
-  /// Constructor for a high poly that is small enough for a single tree.
+  /// Prepares a high poly that is small enough for a single tree.
   SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles)
       : positions_(positions),
         triangles_(triangles),

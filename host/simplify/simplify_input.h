@@ -43,7 +43,7 @@ struct Work {
   std::vector<std::uint32_t> backs;
   /// True if labels must be kept because only some triangles are two-sided
   bool keep_labels = false;
-  std::vector<Fold> folds;  ///< Folds that presimplification left
+  std::vector<Fold> folds;  ///< Folds that remain after presimplification
   std::vector<Vec3d> torn;  ///< Points at which edges of more than two triangles were cut
 };
 

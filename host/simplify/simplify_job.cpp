@@ -87,7 +87,7 @@ void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)
 
 /// Repairs folded triangles so that they face the right way again, where possible.
 void SimplifyState::turn_back_folds(std::span<const Fold> folds) {
-  constexpr int kMaxUnfoldRounds = 3;  // One fold may block the repair of another
+  constexpr int kMaxUnfoldRounds = 3;  // Repeated, since one fold may block the repair of another
   for (int round = 0; round < kMaxUnfoldRounds; ++round) {
     bool any = false;
     for (const Fold& fold : folds) {

@@ -168,7 +168,7 @@ class SimplifyJob {
   /// The repaired low poly. If presimplification causes flaws that cannot be repaired, it is run again and keeps the
   /// high poly around them. If flaws remain, the high poly itself is simplified.
   SimplifyResult solve();
-  /// Deviation of a low poly, measured with all samples.
+  /// Measures the deviation of a low poly with all samples.
   DistanceReport deviation(const SimplifyResult& result) const;
   /// Numbers of triangles, and of vertices, of the resulting mesh. The backs of two-sided sheets have vertices of their
   /// own.
@@ -193,7 +193,7 @@ class SimplifyJob {
     if (label_back_.empty()) return false;
     return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
   }
-  /// Number of triangles, in which backs count, too.
+  /// Number of triangles, including backs.
   std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
   std::size_t face_count_of_dense_mesh() const {
     return count_faces(dense_.triangles.size(), dense_.labels);
@@ -257,7 +257,8 @@ class SimplifyJob {
   std::vector<std::uint32_t> label_source_;  ///< For each label, a high-poly triangle that has it
   /// For each label, the triangle that is the back of a triangle with this label; see Labels::backs
   std::vector<std::uint32_t> label_back_;
-  std::unique_ptr<DeviationSamples> deviation_samples_;  ///< Samples for bounds; built on first use
+  /// Samples by which bounds on the deviation are checked; built on first use
+  std::unique_ptr<DeviationSamples> deviation_samples_;
   std::optional<bool> is_finely_tessellated_;  ///< Result of is_finely_tessellated(), once computed
   std::optional<double>
       reported_progress_;          ///< Largest progress reported so far; nullopt outside of run()

@@ -17,7 +17,7 @@ constexpr int kRelaxRounds = 2;
 constexpr int kFinalRelaxRounds = 2;
 /// Tolerance of distances. They are compared in double precision, but the final ones are measured in single precision.
 constexpr double kDistanceRounding = 1e-6;
-/// How far the cosine at sharp edges may decrease in a run. If the first run causes flaws, later runs do not allow a
+/// Maximum decrease of the cosine at sharp edges in a run. If the first run causes flaws, later runs do not allow a
 /// decrease. Without this tolerance, a blade simplified within 0.1% of its diagonal has 10% more faces.
 constexpr double kMaxSharpening = 0.05;
 /// Maximum number of runs. The first run is repeated without sharpening, then with a tighter bound around flaws.
@@ -28,7 +28,7 @@ constexpr std::size_t kMaxFlaws = 32, kFacesPerFlaw = 500;
 
 }  // namespace
 
-/// Collapses to the fewest faces that the bound allows.
+/// Collapses edges as far as the bound allows.
 void SimplifyState::run_within_bound() {
   collapser_.run(0);
   for (int round = 0; round < kRelaxRounds && may_relax(); ++round) {

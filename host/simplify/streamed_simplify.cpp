@@ -123,7 +123,8 @@ class SurfaceSample {
 
 Mesh simplify_reduced(const MeshStream& mesh, const Mesh& reduced, const SimplifyOptions& options,
                       SimplifyReport& report) {
-  // A bound for simplify() below this share of the whole one would keep nearly all of the reduced mesh.
+  // Smallest share of the whole bound that is left to simplify(). With a smaller share, it would remove hardly any
+  // triangles of the reduced mesh.
   constexpr double kMinShareOfBound = 0.1;
   const SurfaceSample sample(mesh);
   const auto simplify_to = [&](const SimplifyOptions& wanted) {

@@ -37,7 +37,7 @@ double uv_shape(const std::array<Vec2, 3>& p) {
 
 double uv_component(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
 
-/// Gradients of a triangle's barycentric coordinates. Returns false if the triangle has no area.
+/// Computes the gradients of a triangle's barycentric coordinates. Returns false if the triangle has no area.
 bool corner_gradients(const std::array<Vec3d, 3>& p, std::array<Vec3d, 3>& gradients,
                       double& area) {
   const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);

@@ -50,7 +50,7 @@ SampleRange covered_column_range(const kiln_texel_piece& piece, std::uint32_t sh
 
 /// True if the triangle certainly covers the centre of a sample.
 bool surely_covers_sample(const FixedPointTriangle& f, const UvGrid& grid) {
-  if (grid.beyond_square(f)) return false;
+  if (grid.is_beyond_square(f)) return false;
   double perimeter = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     perimeter += std::hypot(double{1.0} * f.x[k] - f.x[(k + 1) % 3],

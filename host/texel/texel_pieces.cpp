@@ -55,8 +55,8 @@ struct PieceBuilder {
         degenerate_uv.add(t);
         return;
       }
-      if (grid.beyond_square(f)) outside_square.add(t);
-      if (grid.misses_square(f)) return;
+      if (grid.is_beyond_square(f)) outside_square.add(t);
+      if (grid.is_outside_square(f)) return;
       std::array<ClipVertex, 3> uncut_corners;
       for (std::size_t k = 0; k < 3; ++k) uncut_corners[k].weight[k] = 1;
       add_piece(f, triangle, uncut_corners, t, first);
@@ -72,7 +72,7 @@ struct PieceBuilder {
         f.x[k] = grid.fixed_x(fan[k].u);
         f.y[k] = grid.fixed_y(fan[k].v);
       }
-      if (doubled_area(f) != 0 && !grid.misses_square(f)) add_piece(f, triangle, fan, t, first);
+      if (doubled_area(f) != 0 && !grid.is_outside_square(f)) add_piece(f, triangle, fan, t, first);
     }
   }
 

@@ -77,7 +77,8 @@ void copy_unchanged(const RawVector<T>& from, const std::vector<std::uint32_t>& 
 FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
   const std::string defines = std::string("-DKILN_VOXEL=") + voxels.type_name();
   const auto get = [&](const char* name) { return context_.kernel("volume", name, defines); };
-  return {get("kiln_volume_signs"), get("kiln_volume_crossings"), get("kiln_volume_vertices")};
+  return {get("kiln_volume_write_signs"), get("kiln_volume_find_crossings"),
+          get("kiln_volume_place_vertices")};
 }
 
 bool FineContour::needs_full_update(const DeviceVoxels& voxels) const {

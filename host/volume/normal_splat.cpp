@@ -121,17 +121,17 @@ class DeviceCharts {
       const cl::Array<std::uint32_t> edge_begins(context_, view(chart_adjacency.edge_begins));
       const cl::Array<std::uint32_t> edge_members(context_, view(chart_adjacency.edge_members));
       const cl::Array<float> corner_averages(context_, 4 * corners);
-      context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_corners"), corners, kLocal,
-                      kernel_params_, charts_, corner_begins, corner_members, texels_,
+      context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_average_corners"), corners,
+                      kLocal, kernel_params_, charts_, corner_begins, corner_members, texels_,
                       corner_averages);
-      context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_sides"), corners, kLocal,
-                      kernel_params_, charts_, edges, edge_begins, edge_members, corner_averages,
-                      texels_, ring);
+      context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_average_sides"), corners,
+                      kLocal, kernel_params_, charts_, edges, edge_begins, edge_members,
+                      corner_averages, texels_, ring);
       context_.finish();
     }
     run("volume_seam", "kiln_volume_seam_gather", 1, first_texels_, ring);
     // Levels coarser than the width of the band along seams contribute nothing and are skipped
-    // (seam_fade in volume_seam.cl).
+    // (seam_compute_fade in volume_seam.cl).
     std::uint32_t last = levels();
     while (last > 2 && static_cast<float>(1U << (last - 1)) >= 2 * kernel_params_.reach) --last;
     for (std::uint32_t level = 2; level < last; ++level) {

@@ -19,25 +19,25 @@
 //
 // Nothing depends on the order of work-items, so each run gives the same bytes. The tree differs from the host's.
 //
-// kernel                 one work-item                       memory traffic
-// kiln_bvh_classify      KILN_BVH_RUN triangles              reads 48 B a triangle, writes 1 B
-// kiln_bvh_join          KILN_BVH_RUN summaries              reads 48 B a summary
-// kiln_bvh_make_keys     a triangle                          reads 49 B, writes 12 B
-// kiln_bvh_count_digits  KILN_BVH_RUN keys                   reads 8 B a key, writes 64 B a run
-// kiln_bvh_move_keys     KILN_BVH_RUN keys                   reads 12 B a key and 64 B a run, writes 12 B a key
-// kiln_bvh_sum           KILN_BVH_RUN numbers                reads 4 B a number
-// kiln_bvh_spread        KILN_BVH_RUN numbers                reads and writes 4 B a number
-// kiln_bvh_mark_unique   a key                               reads 12 B, 72 B more at a key equal to the last
-// kiln_bvh_make_leaves   a key                               reads 52 B, writes 40 B
-// kiln_bvh_search        a cluster                           reads 36 B for each of 16 neighbours
-// kiln_bvh_pair          a cluster                           4 B
-// kiln_bvh_mark_pairs    a cluster                           reads 8 B, writes 4 B
-// kiln_bvh_merge         a cluster                           reads 12 B, 64 B more if it merges; writes 4 or 40 B
-// kiln_bvh_open          a node of 8 children                reads 0.4 kB
-// kiln_bvh_place         a node of 8 children                reads 0.4 kB, writes 4 B a child
-// kiln_bvh_write_nodes   a node of 8 children                reads 0.4 kB, writes 256 B
-// kiln_bvh_write_blocks  a leaf                              reads 0.3 kB, writes 160 B
-// kiln_bvh_sum_areas     KILN_BVH_RUN numbers                reads 4 B a number
+// kernel                    one work-item                       memory traffic
+// kiln_bvh_classify         KILN_BVH_RUN triangles              reads 48 B a triangle, writes 1 B
+// kiln_bvh_join_summaries   KILN_BVH_RUN summaries              reads 48 B a summary
+// kiln_bvh_make_keys        a triangle                          reads 49 B, writes 12 B
+// kiln_bvh_count_digits     KILN_BVH_RUN keys                   reads 8 B a key, writes 64 B a run
+// kiln_bvh_move_keys        KILN_BVH_RUN keys                   reads 12 B a key and 64 B a run, writes 12 B a key
+// kiln_bvh_scan_up          KILN_BVH_RUN numbers                reads 4 B a number
+// kiln_bvh_scan_down        KILN_BVH_RUN numbers                reads and writes 4 B a number
+// kiln_bvh_mark_unique      a key                               reads 12 B, 72 B more at a key equal to the last
+// kiln_bvh_make_leaves      a key                               reads 52 B, writes 40 B
+// kiln_bvh_find_partners    a cluster                           reads 36 B for each of 16 neighbours
+// kiln_bvh_pair_neighbours  a cluster                           4 B
+// kiln_bvh_mark_pairs       a cluster                           reads 8 B, writes 4 B
+// kiln_bvh_merge_pairs      a cluster                           reads 12 B, 64 B more if it merges; writes 4 or 40 B
+// kiln_bvh_count_children   a node of 8 children                reads 0.4 kB
+// kiln_bvh_place_children   a node of 8 children                reads 0.4 kB, writes 4 B a child
+// kiln_bvh_write_nodes      a node of 8 children                reads 0.4 kB, writes 256 B
+// kiln_bvh_write_blocks     a leaf                              reads 0.3 kB, writes 160 B
+// kiln_bvh_sum_areas        KILN_BVH_RUN numbers                reads 4 B a number
 //
 // Local size 64; global sizes are padded. No defines. Strengths: no atomics, barriers or local memory, so it runs on
 // any device. Limits: no bounding prisms, and a depth that depends on the input; where a tree needs prisms or is too
@@ -50,8 +50,9 @@ typedef struct bvh_box {
   float hi[3];
 } bvh_box;
 
-/// The bits of a coordinate, with one zero: equal for equal numbers, whether or not the device flushes denormals.
-static inline uint bvh_bits(float value) {
+/// Returns the bits of a coordinate, those of +0 for -0: so equal numbers have equal bits, whether or not the device
+/// flushes denormals.
+static inline uint bvh_get_bits(float value) {
   const uint bits = as_uint(value);
   return bits == 0x80000000u ? 0u : bits;
 }
@@ -60,20 +61,20 @@ static inline bool bvh_is_finite(float value) {
   return (as_uint(value) & 0x7F800000u) != 0x7F800000u;
 }
 
-static inline size_t bvh_corner(global const uint* triangles, size_t triangle, int corner) {
+static inline size_t bvh_get_corner(global const uint* triangles, size_t triangle, int corner) {
   return 3 * (size_t)triangles[3 * triangle + corner];
 }
 
 static inline bool bvh_is_same_point(global const float* a, global const float* b) {
-  return bvh_bits(a[0]) == bvh_bits(b[0]) && bvh_bits(a[1]) == bvh_bits(b[1]) &&
-         bvh_bits(a[2]) == bvh_bits(b[2]);
+  return bvh_get_bits(a[0]) == bvh_get_bits(b[0]) && bvh_get_bits(a[1]) == bvh_get_bits(b[1]) &&
+         bvh_get_bits(a[2]) == bvh_get_bits(b[2]);
 }
 
-static inline bvh_box bvh_triangle_box(global const float* positions, global const uint* triangles,
-                                       size_t triangle) {
-  global const float* a = positions + bvh_corner(triangles, triangle, 0);
-  global const float* b = positions + bvh_corner(triangles, triangle, 1);
-  global const float* c = positions + bvh_corner(triangles, triangle, 2);
+static inline bvh_box bvh_compute_triangle_box(global const float* positions, global const uint* triangles,
+                                               size_t triangle) {
+  global const float* a = positions + bvh_get_corner(triangles, triangle, 0);
+  global const float* b = positions + bvh_get_corner(triangles, triangle, 1);
+  global const float* c = positions + bvh_get_corner(triangles, triangle, 2);
   bvh_box box;
   for (int axis = 0; axis < 3; ++axis) {
     box.lo[axis] = min(a[axis], min(b[axis], c[axis]));
@@ -82,9 +83,9 @@ static inline bvh_box bvh_triangle_box(global const float* positions, global con
   return box;
 }
 
-/// Half the surface of the box around two boxes; infinite if it overflows.
-static inline float bvh_joint_half_area(global const kiln_bvh_branch* a,
-                                        global const kiln_bvh_branch* b) {
+/// Computes half the surface area of the box around two boxes; infinite if it overflows.
+static inline float bvh_compute_joint_half_area(global const kiln_bvh_branch* a,
+                                                global const kiln_bvh_branch* b) {
 #pragma OPENCL FP_CONTRACT OFF
   const float x = max(a->hi[0], b->hi[0]) - min(a->lo[0], b->lo[0]);
   const float y = max(a->hi[1], b->hi[1]) - min(a->lo[1], b->lo[1]);
@@ -93,18 +94,18 @@ static inline float bvh_joint_half_area(global const kiln_bvh_branch* a,
   return area < INFINITY ? area : INFINITY;
 }
 
-/// The class of a triangle by the host's rule (mesh/usable.h): in double precision, the cross product of two edges is
-/// not 0. A component of it, in single precision, is known to be nonzero if it exceeds its rounding, which is below
+/// Classifies a triangle by the host's rule (mesh/usable.h), that the cross product of two edges is not 0 in double
+/// precision. A component of it, in single precision, is known to be nonzero if it exceeds its rounding, which is below
 /// 2^-22 of the sum of its products' sizes, and below 1e-30 where denormals are flushed.
-static inline uint bvh_class(global const float* positions, global const uint* triangles,
-                             size_t triangle, uint position_count) {
+static inline uint bvh_classify(global const float* positions, global const uint* triangles,
+                                size_t triangle, uint position_count) {
 #pragma OPENCL FP_CONTRACT OFF
   for (int corner = 0; corner < 3; ++corner) {
     if (triangles[3 * triangle + corner] >= position_count) return KILN_BVH_BAD_INDEX;
   }
-  global const float* p = positions + bvh_corner(triangles, triangle, 0);
-  global const float* q = positions + bvh_corner(triangles, triangle, 1);
-  global const float* r = positions + bvh_corner(triangles, triangle, 2);
+  global const float* p = positions + bvh_get_corner(triangles, triangle, 0);
+  global const float* q = positions + bvh_get_corner(triangles, triangle, 1);
+  global const float* r = positions + bvh_get_corner(triangles, triangle, 2);
   float largest = 0.0f;
   for (int axis = 0; axis < 3; ++axis) {
     if (!bvh_is_finite(p[axis]) || !bvh_is_finite(q[axis]) || !bvh_is_finite(r[axis]))
@@ -118,13 +119,13 @@ static inline uint bvh_class(global const float* positions, global const uint* t
   const float bx = r[0] - p[0], by = r[1] - p[1], bz = r[2] - p[2];
   const float yz = ay * bz, zy = az * by, zx = az * bx, xz = ax * bz, xy = ax * by, yx = ay * bx;
   const float relative = 1.0f / 1048576.0f, absolute = 1e-30f;
-  const bool is_clear = fabs(yz - zy) > (fabs(yz) + fabs(zy)) * relative + absolute ||
+  const bool has_area = fabs(yz - zy) > (fabs(yz) + fabs(zy)) * relative + absolute ||
                         fabs(zx - xz) > (fabs(zx) + fabs(xz)) * relative + absolute ||
                         fabs(xy - yx) > (fabs(xy) + fabs(yx)) * relative + absolute;
-  return is_clear ? KILN_BVH_USABLE : KILN_BVH_UNCERTAIN;
+  return has_area ? KILN_BVH_USABLE : KILN_BVH_UNCERTAIN;
 }
 
-static inline kiln_bvh_summary bvh_empty_summary(void) {
+static inline kiln_bvh_summary bvh_make_empty_summary(void) {
   kiln_bvh_summary summary;
   for (int axis = 0; axis < 3; ++axis) {
     summary.lo[axis] = INFINITY;
@@ -145,16 +146,16 @@ kernel void kiln_bvh_classify(const uint count, const uint position_count, const
   const size_t first = item * KILN_BVH_RUN;
   if (first >= count) return;
   const size_t end = min(first + KILN_BVH_RUN, (size_t)count);
-  kiln_bvh_summary summary = bvh_empty_summary();
+  kiln_bvh_summary summary = bvh_make_empty_summary();
   for (size_t i = first; i < end; ++i) {
     const uint kind =
-        is_resolved != 0 ? classes[i] : bvh_class(positions, triangles, i, position_count);
+        is_resolved != 0 ? classes[i] : bvh_classify(positions, triangles, i, position_count);
     if (is_resolved == 0) classes[i] = (uchar)kind;
     summary.uncertain += kind == KILN_BVH_UNCERTAIN ? 1 : 0;
     summary.bad += kind == KILN_BVH_BAD_INDEX ? 1 : 0;
     if (kind != KILN_BVH_USABLE) continue;
     ++summary.usable;
-    const bvh_box box = bvh_triangle_box(positions, triangles, i);
+    const bvh_box box = bvh_compute_triangle_box(positions, triangles, i);
     for (int axis = 0; axis < 3; ++axis) {
       const float center = box.lo[axis] + box.hi[axis];
       summary.lo[axis] = min(summary.lo[axis], center);
@@ -164,13 +165,13 @@ kernel void kiln_bvh_classify(const uint count, const uint position_count, const
   summaries[item] = summary;
 }
 
-kernel void kiln_bvh_join(const uint count, global const kiln_bvh_summary* restrict summaries,
-                          global kiln_bvh_summary* restrict joined) {
+kernel void kiln_bvh_join_summaries(const uint count, global const kiln_bvh_summary* restrict summaries,
+                                    global kiln_bvh_summary* restrict joined) {
   const size_t item = get_global_id(0);
   const size_t first = item * KILN_BVH_RUN;
   if (first >= count) return;
   const size_t end = min(first + KILN_BVH_RUN, (size_t)count);
-  kiln_bvh_summary sum = bvh_empty_summary();
+  kiln_bvh_summary sum = bvh_make_empty_summary();
   for (size_t i = first; i < end; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
       sum.lo[axis] = min(sum.lo[axis], summaries[i].lo[axis]);
@@ -184,7 +185,7 @@ kernel void kiln_bvh_join(const uint count, global const kiln_bvh_summary* restr
 }
 
 /// Moves the 16 bits of a number apart: bit i becomes bit 3 i.
-static inline ulong bvh_part_bits(ulong x) {
+static inline ulong bvh_spread_bits(ulong x) {
   x = (x | x << 16) & 0x00000000FF0000FFul;
   x = (x | x << 8) & 0x000000F00F00F00Ful;
   x = (x | x << 4) & 0x00000C30C30C30C3ul;
@@ -206,7 +207,7 @@ kernel void kiln_bvh_make_keys(const uint count, global const kiln_bvh_summary* 
     keys[i] = KILN_BVH_KEY_SKIPPED;
     return;
   }
-  const bvh_box box = bvh_triangle_box(positions, triangles, i);
+  const bvh_box box = bvh_compute_triangle_box(positions, triangles, i);
   const float extent = max(summary->hi[0] - summary->lo[0],
                            max(summary->hi[1] - summary->lo[1], summary->hi[2] - summary->lo[2]));
   const float scale = extent > 1e-30f && extent < INFINITY ? KILN_BVH_CELLS / extent : 0.0f;
@@ -215,13 +216,13 @@ kernel void kiln_bvh_make_keys(const uint count, global const kiln_bvh_summary* 
     const float place = (box.lo[axis] + box.hi[axis] - summary->lo[axis]) * scale;
     // NaN becomes cell 0
     const uint cell = place > 0.0f ? (uint)min(place, (float)(KILN_BVH_CELLS - 1)) : 0;
-    code |= bvh_part_bits(cell) << axis;
+    code |= bvh_spread_bits(cell) << axis;
   }
   uint hash = 0;
   for (int corner = 0; corner < 3; ++corner) {
-    global const float* p = positions + bvh_corner(triangles, i, corner);
+    global const float* p = positions + bvh_get_corner(triangles, i, corner);
     for (int axis = 0; axis < 3; ++axis) {
-      hash = (hash ^ bvh_bits(p[axis])) * 0x9E3779B1u;
+      hash = (hash ^ bvh_get_bits(p[axis])) * 0x9E3779B1u;
       hash ^= hash >> 15;
     }
   }
@@ -233,18 +234,18 @@ typedef struct bvh_counters {
   ulong low, high;
 } bvh_counters;
 
-static inline uint bvh_counter(bvh_counters counters, uint digit) {
+static inline uint bvh_get_counter(bvh_counters counters, uint digit) {
   return (uint)((digit < 8 ? counters.low : counters.high) >> 8 * (digit & 7)) & 0xFFu;
 }
 
 static inline bvh_counters bvh_increment(bvh_counters counters, uint digit) {
-  const ulong one = (ulong)1 << 8 * (digit & 7);
-  counters.low += digit < 8 ? one : 0;
-  counters.high += digit < 8 ? 0 : one;
+  const ulong increment = (ulong)1 << 8 * (digit & 7);
+  counters.low += digit < 8 ? increment : 0;
+  counters.high += digit < 8 ? 0 : increment;
   return counters;
 }
 
-static inline uint bvh_digit(ulong key, uint shift) {
+static inline uint bvh_extract_digit(ulong key, uint shift) {
   return (uint)(key >> shift) & (KILN_BVH_DIGITS - 1);
 }
 
@@ -256,12 +257,12 @@ kernel void kiln_bvh_count_digits(const uint count, const uint runs, const uint 
   const size_t end = min((run + 1) * KILN_BVH_RUN, (size_t)count);
   bvh_counters counters = {0, 0};
   for (size_t i = run * KILN_BVH_RUN; i < end; ++i)
-    counters = bvh_increment(counters, bvh_digit(keys[i], shift));
+    counters = bvh_increment(counters, bvh_extract_digit(keys[i], shift));
   for (uint digit = 0; digit < KILN_BVH_DIGITS; ++digit)
-    counts[digit * (size_t)runs + run] = bvh_counter(counters, digit);
+    counts[digit * (size_t)runs + run] = bvh_get_counter(counters, digit);
 }
 
-/// \param places  of the first key of each digit of each run: the scanned counts
+/// \param places  position of the first key of each digit of each run: the scanned counts
 kernel void kiln_bvh_move_keys(const uint count, const uint runs, const uint shift,
                                global const uint* restrict places, global const ulong* restrict keys,
                                global const uint* restrict indices, global ulong* restrict to_keys,
@@ -272,17 +273,18 @@ kernel void kiln_bvh_move_keys(const uint count, const uint runs, const uint shi
   bvh_counters counters = {0, 0};
   for (size_t i = run * KILN_BVH_RUN; i < end; ++i) {
     const ulong key = keys[i];
-    const uint digit = bvh_digit(key, shift);
-    const size_t place = places[digit * (size_t)runs + run] + bvh_counter(counters, digit);
+    const uint digit = bvh_extract_digit(key, shift);
+    const size_t place = places[digit * (size_t)runs + run] + bvh_get_counter(counters, digit);
     counters = bvh_increment(counters, digit);
     to_keys[place] = key;
     to_indices[place] = indices[i];
   }
 }
 
-/// One level of a scan upwards: sums runs of numbers. \param from, to  first number of this level, and of the next
-kernel void kiln_bvh_sum(const uint count, const uint from, const uint to,
-                         global uint* restrict numbers) {
+/// Computes one level of the upward pass of a scan: sums runs of numbers. \param from, to  first number of this level,
+/// and of the next
+kernel void kiln_bvh_scan_up(const uint count, const uint from, const uint to,
+                             global uint* restrict numbers) {
   const size_t item = get_global_id(0);
   const size_t first = item * KILN_BVH_RUN;
   if (first >= count) return;
@@ -292,23 +294,23 @@ kernel void kiln_bvh_sum(const uint count, const uint from, const uint to,
   numbers[to + item] = sum;
 }
 
-/// One level downwards: replaces each number by the sum of those before it. \param above  first number of the level
-/// above, which is scanned already \param is_top  1: that level is the total alone, which stays
-kernel void kiln_bvh_spread(const uint count, const uint from, const uint above, const uint is_top,
-                            global uint* restrict numbers) {
+/// Computes one level of the downward pass: replaces each number by the sum of those before it. \param above  first
+/// number of the level above, which is scanned already \param is_top  1: that level is only the total, which is kept
+kernel void kiln_bvh_scan_down(const uint count, const uint from, const uint above, const uint is_top,
+                               global uint* restrict numbers) {
   const size_t item = get_global_id(0);
   const size_t first = item * KILN_BVH_RUN;
   if (first >= count) return;
   const size_t end = min(first + KILN_BVH_RUN, (size_t)count);
   uint sum = is_top != 0 ? 0 : numbers[above + item];
   for (size_t i = first; i < end; ++i) {
-    const uint number = numbers[from + i];
+    const uint value = numbers[from + i];
     numbers[from + i] = sum;
-    sum += number;
+    sum += value;
   }
 }
 
-/// Marks triangles that are in the tree by 1, others by 0. Equal triangles have equal keys. The lowest index comes
+/// Writes 1 for triangles that belong in the tree, 0 for others. Equal triangles have equal keys. The lowest index comes
 /// first, since the sort is stable. Nearly all equal keys belong to equal triangles, so few steps back are needed.
 kernel void kiln_bvh_mark_unique(const uint count, global const float* restrict positions,
                                  global const uint* restrict triangles,
@@ -321,8 +323,8 @@ kernel void kiln_bvh_mark_unique(const uint count, global const float* restrict 
   for (size_t k = i; mark != 0 && k > 0 && keys[k - 1] == key; --k) {
     bool is_same = true;
     for (int corner = 0; corner < 3; ++corner) {
-      is_same = is_same && bvh_is_same_point(positions + bvh_corner(triangles, indices[i], corner),
-                                             positions + bvh_corner(triangles, indices[k - 1], corner));
+      is_same = is_same && bvh_is_same_point(positions + bvh_get_corner(triangles, indices[i], corner),
+                                             positions + bvh_get_corner(triangles, indices[k - 1], corner));
     }
     if (is_same) mark = 0;
   }
@@ -342,7 +344,7 @@ kernel void kiln_bvh_make_leaves(const uint count, const uint total,
   const uint place = places[i];
   if ((i + 1 < count ? places[i + 1] : total) == place) return;
   const uint triangle = indices[i];
-  const bvh_box box = bvh_triangle_box(positions, triangles, triangle);
+  const bvh_box box = bvh_compute_triangle_box(positions, triangles, triangle);
   kiln_bvh_branch leaf;
   for (int axis = 0; axis < 3; ++axis) {
     leaf.lo[axis] = box.lo[axis];
@@ -355,10 +357,10 @@ kernel void kiln_bvh_make_leaves(const uint count, const uint total,
   clusters[place] = place;
 }
 
-/// Writes the place of each cluster's partner.
-kernel void kiln_bvh_search(const uint count, global const uint* restrict clusters,
-                            global const kiln_bvh_branch* restrict branches,
-                            global uint* restrict partners) {
+/// Finds the partner of each cluster, and writes its index.
+kernel void kiln_bvh_find_partners(const uint count, global const uint* restrict clusters,
+                                   global const kiln_bvh_branch* restrict branches,
+                                   global uint* restrict partners) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
   global const kiln_bvh_branch* branch = branches + clusters[i];
@@ -368,8 +370,8 @@ kernel void kiln_bvh_search(const uint count, global const uint* restrict cluste
   float least_area = INFINITY;
   for (uint k = first; k <= last; ++k) {
     if (k == i) continue;
-    const float area = bvh_joint_half_area(branch, branches + clusters[k]);
-    // Of pairs with the same distance, the lower place comes first.
+    const float area = bvh_compute_joint_half_area(branch, branches + clusters[k]);
+    // Of partners at the same distance, the one with the lower index is chosen.
     const bool is_better = partner == KILN_NO_TRIANGLE || area < least_area ||
                            (area == least_area && (k ^ i) < (partner ^ i));
     if (!is_better) continue;
@@ -380,7 +382,7 @@ kernel void kiln_bvh_search(const uint count, global const uint* restrict cluste
 }
 
 /// Makes clusters 2 k and 2 k + 1 partners; the last one of an odd number has none.
-kernel void kiln_bvh_pair(const uint count, global uint* restrict partners) {
+kernel void kiln_bvh_pair_neighbours(const uint count, global uint* restrict partners) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
   partners[i] = (i ^ 1u) < count ? i ^ 1u : KILN_NO_TRIANGLE;
@@ -391,7 +393,7 @@ static inline bool bvh_is_merged(global const uint* partners, uint i) {
   return partners[i] != KILN_NO_TRIANGLE && partners[partners[i]] == i;
 }
 
-/// Marks the clusters that end by 1: the later one of each merged pair.
+/// Writes 1 for clusters that are merged into their partner, the later one of each pair; 0 for others.
 kernel void kiln_bvh_mark_pairs(const uint count, global const uint* restrict partners,
                                 global uint* restrict marks) {
   const uint i = (uint)get_global_id(0);
@@ -400,10 +402,10 @@ kernel void kiln_bvh_mark_pairs(const uint count, global const uint* restrict pa
 }
 
 /// \param places  the scanned marks \param next  index of the first new branch
-kernel void kiln_bvh_merge(const uint count, const uint next, global const uint* restrict partners,
-                           global const uint* restrict places, global const uint* restrict clusters,
-                           global uint* restrict merged, global kiln_bvh_branch* restrict branches,
-                           global uint* restrict sizes) {
+kernel void kiln_bvh_merge_pairs(const uint count, const uint next, global const uint* restrict partners,
+                                 global const uint* restrict places, global const uint* restrict clusters,
+                                 global uint* restrict merged, global kiln_bvh_branch* restrict branches,
+                                 global uint* restrict sizes) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
   const bool is_merged = bvh_is_merged(partners, i);
@@ -429,34 +431,34 @@ kernel void kiln_bvh_merge(const uint count, const uint next, global const uint*
   merged[to] = self;
 }
 
-/// Replaces a branch by up to 8 branches below it. \returns their number
-static inline uint bvh_children(global const kiln_bvh_branch* branches, global const uint* sizes,
-                                uint root, uint children[KILN_BVH_WIDTH]) {
+/// Collects up to 8 descendants of a branch, which become the children of one node. \returns their number
+static inline uint bvh_collect_children(global const kiln_bvh_branch* branches, global const uint* sizes,
+                                        uint root, uint children[KILN_BVH_WIDTH]) {
   float areas[KILN_BVH_WIDTH];
   children[0] = root;
   // Only the root of the whole tree may fit a leaf, which is then its one child.
   areas[0] = sizes[root] <= KILN_BVH_LEAF_TRIANGLES ? -1.0f : 0.0f;
   uint count = 1;
   while (count < KILN_BVH_WIDTH) {
-    int widest = -1;
+    int largest_child = -1;
     float largest = -1.0f;
     for (uint k = 0; k < count; ++k) {
       if (areas[k] > largest) {
         largest = areas[k];
-        widest = (int)k;
+        largest_child = (int)k;
       }
     }
-    if (widest < 0) break;
-    const uint opened = children[widest];
-    children[widest] = branches[opened].left;
-    children[count] = branches[opened].right;
+    if (largest_child < 0) break;
+    const uint replaced = children[largest_child];
+    children[largest_child] = branches[replaced].left;
+    children[count] = branches[replaced].right;
     for (int side = 0; side < 2; ++side) {
-      const uint k = side == 0 ? (uint)widest : count;
+      const uint k = side == 0 ? (uint)largest_child : count;
       global const kiln_bvh_branch* child = branches + children[k];
       // Leaves get a negative area, so that they are not replaced by their children.
       areas[k] = sizes[children[k]] <= KILN_BVH_LEAF_TRIANGLES
                      ? -1.0f
-                     : bvh_joint_half_area(child, child);
+                     : bvh_compute_joint_half_area(child, child);
     }
     ++count;
   }
@@ -465,38 +467,38 @@ static inline uint bvh_children(global const kiln_bvh_branch* branches, global c
 
 /// Counts the children of the nodes of a level. \param counts  per node the number of children that are nodes, then
 /// per node that of leaves
-kernel void kiln_bvh_open(const uint count, const uint first, global const uint* restrict roots,
-                          global const kiln_bvh_branch* restrict branches,
-                          global const uint* restrict sizes, global uint* restrict counts) {
+kernel void kiln_bvh_count_children(const uint count, const uint first, global const uint* restrict roots,
+                                    global const kiln_bvh_branch* restrict branches,
+                                    global const uint* restrict sizes, global uint* restrict counts) {
   const size_t i = get_global_id(0);
   if (i >= count) return;
   uint children[KILN_BVH_WIDTH];
-  const uint all = bvh_children(branches, sizes, roots[first + i], children);
+  const uint child_count = bvh_collect_children(branches, sizes, roots[first + i], children);
   uint nodes = 0;
-  for (uint k = 0; k < all; ++k) nodes += sizes[children[k]] > KILN_BVH_LEAF_TRIANGLES ? 1 : 0;
+  for (uint k = 0; k < child_count; ++k) nodes += sizes[children[k]] > KILN_BVH_LEAF_TRIANGLES ? 1 : 0;
   counts[i] = nodes;
-  counts[count + i] = all - nodes;
+  counts[count + i] = child_count - nodes;
 }
 
-/// Gives the children of a level their places.
+/// Assigns positions to the children of a level's nodes.
 /// \param places  the scanned counts \param next_node, next_block  first free places
 /// \param starts  per node, the places of its first child that is a node, and of its first leaf
-kernel void kiln_bvh_place(const uint count, const uint first, const uint next_node,
-                           const uint next_block, global const uint* restrict places,
-                           global uint* roots, global uint* restrict leaf_roots,
-                           global uint* restrict starts,
-                           global const kiln_bvh_branch* restrict branches,
-                           global const uint* restrict sizes) {
+kernel void kiln_bvh_place_children(const uint count, const uint first, const uint next_node,
+                                    const uint next_block, global const uint* restrict places,
+                                    global uint* roots, global uint* restrict leaf_roots,
+                                    global uint* restrict starts,
+                                    global const kiln_bvh_branch* restrict branches,
+                                    global const uint* restrict sizes) {
   const size_t i = get_global_id(0);
   if (i >= count) return;
   uint node = next_node + places[i];
-  // Leaves are counted after all nodes.
+  // The counts of leaves follow the counts of nodes.
   uint block = next_block + places[count + i] - places[count];
   starts[2 * (first + i)] = node;
   starts[2 * (first + i) + 1] = block;
   uint children[KILN_BVH_WIDTH];
-  const uint all = bvh_children(branches, sizes, roots[first + i], children);
-  for (uint k = 0; k < all; ++k) {
+  const uint child_count = bvh_collect_children(branches, sizes, roots[first + i], children);
+  for (uint k = 0; k < child_count; ++k) {
     if (sizes[children[k]] > KILN_BVH_LEAF_TRIANGLES) {
       roots[node++] = children[k];
     } else {
@@ -514,12 +516,12 @@ kernel void kiln_bvh_write_nodes(const uint count, global const uint* restrict r
   const size_t i = get_global_id(0);
   if (i >= count) return;
   uint children[KILN_BVH_WIDTH];
-  const uint all = bvh_children(branches, sizes, roots[i], children);
+  const uint child_count = bvh_collect_children(branches, sizes, roots[i], children);
   uint node = starts[2 * i];
   uint block = starts[2 * i + 1];
   global kiln_bvh_node* to = nodes + i;
   for (uint k = 0; k < KILN_BVH_WIDTH; ++k) {
-    const bool is_used = k < all;
+    const bool is_used = k < child_count;
     const uint child = is_used ? children[k] : 0;
     for (int axis = 0; axis < 3; ++axis) {
       to->planes[axis][0][k] = is_used ? branches[child].lo[axis] - KILN_BVH_EPSILON : INFINITY;
@@ -536,7 +538,7 @@ kernel void kiln_bvh_write_nodes(const uint count, global const uint* restrict r
   }
 }
 
-/// Writes leaves, and half the surface of each.
+/// Writes leaves, and half the surface area of each.
 kernel void kiln_bvh_write_blocks(const uint count, global const uint* restrict leaf_roots,
                                   global const kiln_bvh_branch* restrict branches,
                                   global const float* restrict positions,
@@ -546,30 +548,30 @@ kernel void kiln_bvh_write_blocks(const uint count, global const uint* restrict 
   const size_t i = get_global_id(0);
   if (i >= count) return;
   const uint root = leaf_roots[i];
-  areas[i] = bvh_joint_half_area(branches + root, branches + root);
+  areas[i] = bvh_compute_joint_half_area(branches + root, branches + root);
   // A subtree of up to 4 triangles has at most 4 branches to visit at a time.
-  uint open[KILN_BVH_LEAF_TRIANGLES];
-  open[0] = root;
-  uint open_count = 1;
+  uint stack[KILN_BVH_LEAF_TRIANGLES];
+  stack[0] = root;
+  uint stack_size = 1;
   uint lane = 0;
   uint first_triangle = 0;
   global kiln_bvh_block* to = blocks + i;
-  while (open_count != 0) {
-    global const kiln_bvh_branch* branch = branches + open[--open_count];
+  while (stack_size != 0) {
+    global const kiln_bvh_branch* branch = branches + stack[--stack_size];
     if (branch->right != KILN_NO_TRIANGLE) {
-      open[open_count++] = branch->right;
-      open[open_count++] = branch->left;
+      stack[stack_size++] = branch->right;
+      stack[stack_size++] = branch->left;
       continue;
     }
     if (lane == 0) first_triangle = branch->left;
     to->triangle[lane] = branch->left;
     for (int corner = 0; corner < 3; ++corner) {
-      global const float* p = positions + bvh_corner(triangles, branch->left, corner);
+      global const float* p = positions + bvh_get_corner(triangles, branch->left, corner);
       for (int axis = 0; axis < 3; ++axis) to->corner[corner][axis][lane] = p[axis];
     }
     ++lane;
   }
-  global const float* p = positions + bvh_corner(triangles, first_triangle, 0);
+  global const float* p = positions + bvh_get_corner(triangles, first_triangle, 0);
   for (; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
     to->triangle[lane] = KILN_NO_TRIANGLE;
     for (int corner = 0; corner < 3; ++corner) {
@@ -578,7 +580,7 @@ kernel void kiln_bvh_write_blocks(const uint count, global const uint* restrict 
   }
 }
 
-/// One level of a sum of areas. \param from, to  first area of this level, and of the next
+/// Computes one level of a sum of areas. \param from, to  first area of this level, and of the next
 kernel void kiln_bvh_sum_areas(const uint count, const uint from, const uint to,
                                global float* restrict areas) {
 #pragma OPENCL FP_CONTRACT OFF

@@ -10,9 +10,9 @@
 // triangles alone. On CPUs neighbouring samples are searched is_walked_as_group (see accel/closest_group.clh),
 // starting at the last leaf of the preceding samples.
 //
-// | kernel              | global size      | local | reads, writes a sample  |
-// | kiln_closest_run    | samples / 256, up | 16   | 24 B + tree, 17 B       |
-// | kiln_closest_scalar | samples          | 64    | the same                |
+// | kernel                  | global size      | local | reads, writes a sample  |
+// | kiln_closest_search_run | samples / 256, up | 16   | 24 B + tree, 17 B       |
+// | kiln_closest_scalar     | samples          | 64    | the same                |
 //
 // Defines: KILN_CLOSEST_SCALAR  build the scalar kernel instead
 //          KILN_CLOSEST_SINGLE  search one sample after the other, without groups: takes half the time to compile, for
@@ -54,12 +54,12 @@ kernel void kiln_closest_scalar(
 #include "accel/closest_group.clh"
 
 /// Samples [first, end), one group after the other.
-static KILN_CALL void closest_run(const kiln_closest_params params,
-                                  global const kiln_bvh_node* nodes,
-                                  global const kiln_bvh_block* blocks,
-                                  global const float* points, uint first, uint end,
-                                  global uint* triangle, global float* barycentric,
-                                  global float* distance, global uchar* status) {
+static KILN_CALL void closest_search_run(const kiln_closest_params params,
+                                         global const kiln_bvh_node* nodes,
+                                         global const kiln_bvh_block* blocks,
+                                         global const float* points, uint first, uint end,
+                                         global uint* triangle, global float* barycentric,
+                                         global float* distance, global uchar* status) {
 #ifdef KILN_CLOSEST_SINGLE
   struct {
     uint seed;
@@ -96,7 +96,7 @@ static KILN_CALL void closest_run(const kiln_closest_params params,
   }
 }
 
-kernel void kiln_closest_run(
+kernel void kiln_closest_search_run(
     const kiln_closest_params params,
     global const kiln_bvh_node* restrict nodes,
     global const kiln_bvh_block* restrict blocks,
@@ -108,7 +108,7 @@ kernel void kiln_closest_run(
   const uint first = params.first + (uint)get_global_id(0) * KILN_CLOSEST_RUN;
   if (first >= params.end) return;
   const uint end = min(params.end, first + KILN_CLOSEST_RUN);
-  closest_run(params, nodes, blocks, points, first, end, triangle, barycentric, distance, status);
+  closest_search_run(params, nodes, blocks, points, first, end, triangle, barycentric, distance, status);
 }
 
 #endif

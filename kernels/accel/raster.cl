@@ -7,11 +7,11 @@
 // is missed or drawn twice. Both kernels interpolate the depth at a pixel by the same expression.
 // The smallest key (depth, then triangle) wins: the picture depends on the mesh and the view alone.
 //
-// kernel               global             local  memory traffic
-// kiln_raster_clear    pixels / 8, up     64     writes 8 B a pixel
-// kiln_raster_project  vertices           64     reads 12 B, writes 16 B a vertex
-// kiln_raster_small    triangles          64     reads 12 B + 48 B (gathered); 8 B a pixel
-// kiln_raster_large    64 * 64            64     reads the list once a band; 8 B a pixel
+// kernel                  global             local  memory traffic
+// kiln_raster_clear       pixels / 8, up     64     writes 8 B a pixel
+// kiln_raster_project     vertices           64     reads 12 B, writes 16 B a vertex
+// kiln_raster_draw_small  triangles          64     reads 12 B + 48 B (gathered); 8 B a pixel
+// kiln_raster_draw_large  64 * 64            64     reads the list once a band; 8 B a pixel
 //
 // Defines: KILN_RASTER_ATOMIC64  the device has 64-bit atomics. Else `pass` 0 takes the least depth
 //                                and pass 1 finds, over the same triangles, the lowest one of that
@@ -142,11 +142,11 @@ static inline void raster_write_pixel(global raster_key* keys, uint pixel, float
 
 /// Draws triangles of at most 32 x 32 pixels; queues larger ones as {triangle, first row, last
 /// row}.
-kernel void kiln_raster_small(const kiln_view view, const uint first, const uint count,
-                              const uint pass, global const uint* restrict triangles,
-                              global const int4* restrict projected,
-                              global raster_key* restrict keys, global uint* restrict queue_size,
-                              global uint4* restrict queue) {
+kernel void kiln_raster_draw_small(const kiln_view view, const uint first, const uint count,
+                                   const uint pass, global const uint* restrict triangles,
+                                   global const int4* restrict projected,
+                                   global raster_key* restrict keys, global uint* restrict queue_size,
+                                   global uint4* restrict queue) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
@@ -184,10 +184,10 @@ kernel void kiln_raster_small(const kiln_view view, const uint first, const uint
   const int bias_b = raster_bias(ca.x, ca.y);
   for (int y = t.y0; y <= t.y1; ++y) {
     for (int x = t.x0; x <= t.x1; x += 8) {
-      const int skip = (x - t.x0) * KILN_RASTER_UNIT;
-      const int8 weight_c = lane_c + (row_c - skip * ab.y);
-      const int8 weight_a = lane_a + (row_a - skip * bc.y);
-      const int8 weight_b = lane_b + (row_b - skip * ca.y);
+      const int x_offset = (x - t.x0) * KILN_RASTER_UNIT;
+      const int8 weight_c = lane_c + (row_c - x_offset * ab.y);
+      const int8 weight_a = lane_a + (row_a - x_offset * bc.y);
+      const int8 weight_b = lane_b + (row_b - x_offset * ca.y);
       const int8 outside = ((weight_c + bias_c) | (weight_a + bias_a) | (weight_b + bias_b)) >> 31;
       uint bits = ~mask_bits8(outside) & 0xFFu;
       const int left = t.x1 - x + 1;
@@ -211,12 +211,12 @@ kernel void kiln_raster_small(const kiln_view view, const uint first, const uint
 
 /// Draws the queued triangles. Each work-group draws the rows of one band, from the first to the last covered pixel of
 /// each row.
-kernel void kiln_raster_large(const kiln_view view, const uint pass,
-                              global const uint* restrict triangles,
-                              global const int4* restrict projected,
-                              global raster_key* restrict keys,
-                              global const uint* restrict queue_size,
-                              global const uint4* restrict queue) {
+kernel void kiln_raster_draw_large(const kiln_view view, const uint pass,
+                                   global const uint* restrict triangles,
+                                   global const int4* restrict projected,
+                                   global raster_key* restrict keys,
+                                   global const uint* restrict queue_size,
+                                   global const uint4* restrict queue) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint band_rows = (view.height + KILN_RASTER_BANDS - 1) / KILN_RASTER_BANDS;
   const int first_row = (int)((uint)get_group_id(0) * band_rows);

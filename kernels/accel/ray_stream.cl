@@ -45,12 +45,12 @@ static inline void ray_stream_store(const stream_hits* hits, global const float*
     const float16 signed_t = sign * t;
     const int16 kind = inward ? (int16)(KILN_STATUS_CAGE)
                               : select((int16)(KILN_STATUS_INWARD), (int16)(KILN_STATUS_OUTWARD), t >= 0.0f);
-    const int16 several = as_int16(vload16(n, hits->multiple_hits)) * (int16)(KILN_RAY_SEVERAL);
+    const int16 multiple_hit_bits = as_int16(vload16(n, hits->multiple_hits)) * (int16)(KILN_RAY_SEVERAL);
     vstore16(triangle, n, results->triangle + first);
     vstore16(vload16(n, hits->u), n, results->barycentric + first);
     vstore16(vload16(n, hits->v), n, results->barycentric + params.result_capacity + first);
     vstore16(select((float16)(0.0f), offset + signed_t, found), n, results->distance + first);
-    vstore16(convert_uchar16(select((int16)(KILN_STATUS_MISS), kind | several, found)), n, results->status + first);
+    vstore16(convert_uchar16(select((int16)(KILN_STATUS_MISS), kind | multiple_hit_bits, found)), n, results->status + first);
   }
 }
 
@@ -107,7 +107,7 @@ static KILN_CALL void ray_stream_cast(const kiln_ray_params params, global const
 }
 
 /// The bins of samples [first, first + 16), of which `count` exist; the others repeat the last one.
-static inline int16 ray_stream_bins(global const float* points, uint first, uint count, const kiln_ray_params params) {
+static inline int16 ray_stream_assign_bins(global const float* points, uint first, uint count, const kiln_ray_params params) {
   const size_t plane = params.capacity;
   global const float* sample = points + first;
   const bool use_reach = (params.flags & KILN_RAY_USE_REACH) != 0;
@@ -134,10 +134,10 @@ static inline int16 ray_stream_bins(global const float* points, uint first, uint
 }
 
 /// Casts samples [first, first + count), at most KILN_RAY_STREAM_BLOCK.
-static KILN_CALL void ray_stream_block(const kiln_ray_params params, global const kiln_bvh_node* nodes,
-                                       global const kiln_bvh_block* blocks, global const float* points, uint first,
-                                       uint count, global uint* triangle, global float* barycentric,
-                                       global float* distance, global uchar* status) {
+static KILN_CALL void ray_stream_cast_block(const kiln_ray_params params, global const kiln_bvh_node* nodes,
+                                            global const kiln_bvh_block* blocks, global const float* points, uint first,
+                                            uint count, global uint* triangle, global float* barycentric,
+                                            global float* distance, global uchar* status) {
   const ray_stream_results results = {triangle, barycentric, distance, status};
   ushort order[KILN_STREAM_RAYS];
   uchar bins[KILN_RAY_STREAM_BLOCK];
@@ -150,7 +150,7 @@ static KILN_CALL void ray_stream_block(const kiln_ray_params params, global cons
     int16 differ = (int16)(0);
     int bin = 0;
     for (uint n = 0; 16 * n < rays; ++n) {
-      const int16 found = ray_stream_bins(points, first + begin + 16 * n, rays - 16 * n, params);
+      const int16 found = ray_stream_assign_bins(points, first + begin + 16 * n, rays - 16 * n, params);
       if (n == 0) bin = found.s0;
       differ |= found != (int16)(bin);
       vstore16(convert_uchar16(found), n, bins + begin);
@@ -168,13 +168,13 @@ static KILN_CALL void ray_stream_block(const kiln_ray_params params, global cons
       const uchar bin = bins[run * KILN_STREAM_RAYS + stream_lowest_bit(waiting[run])];
       uint rays = 0;
       for (uint other = run; other < RAY_STREAM_RUNS; ++other) {
-        ulong same = 0;
+        ulong binned_rays = 0;
         for (uint n = 0; n < STREAM_VECTORS; ++n) {
-          const int16 of_rays = convert_int16(vload16(n, bins + other * KILN_STREAM_RAYS));
-          same |= (ulong)mask_bits16(of_rays == (int16)(bin)) << (16 * n);
+          const int16 ray_bins = convert_int16(vload16(n, bins + other * KILN_STREAM_RAYS));
+          binned_rays |= (ulong)mask_bits16(ray_bins == (int16)(bin)) << (16 * n);
         }
-        for (same &= waiting[other]; same != 0 && rays < KILN_STREAM_RAYS; same &= same - 1) {
-          const uint ray = stream_lowest_bit(same);
+        for (binned_rays &= waiting[other]; binned_rays != 0 && rays < KILN_STREAM_RAYS; binned_rays &= binned_rays - 1) {
+          const uint ray = stream_lowest_bit(binned_rays);
           waiting[other] &= ~((ulong)1 << ray);
           order[rays++] = (ushort)(other * KILN_STREAM_RAYS + ray);
         }
@@ -196,5 +196,5 @@ kernel void kiln_ray_closest_stream(
   const uint first = params.first + (uint)get_global_id(0) * KILN_RAY_STREAM_BLOCK;
   if (first >= params.end) return;
   const uint count = min(params.end - first, (uint)KILN_RAY_STREAM_BLOCK);
-  ray_stream_block(params, nodes, blocks, points, first, count, triangle, barycentric, distance, status);
+  ray_stream_cast_block(params, nodes, blocks, points, first, count, triangle, barycentric, distance, status);
 }

@@ -9,9 +9,9 @@
 // span up to 2 x 2 pixels are also drawn one per lane. Larger ones are drawn by rows of 8 pixels with the
 // edge functions of raster.cl (Pineda 1988).
 //
-// kernel              global                 local  memory traffic
-// kiln_tiles_bounds   views * chunks / 16    64     reads 44 B, writes 8 B a chunk
-// kiln_tiles_draw     views * tiles          1      8 B a 16 chunks; 640 B a chunk in it; writes 8 B a pixel
+// kernel                     global                 local  memory traffic
+// kiln_tiles_compute_bounds  views * chunks / 16    64     reads 44 B, writes 8 B a chunk
+// kiln_tiles_draw            views * tiles          1      8 B a 16 chunks; 640 B a chunk in it; writes 8 B a pixel
 //
 // Strengths: no atomics, and the pixels stay in the first-level cache; empty tiles cost a byte. Limits: an
 // item needs 40 KiB of private memory, which GPUs lack; views up to 16384 pixels a side.
@@ -29,11 +29,11 @@
 /// l a triangle's longest edge in pixels: the error of the triangle's doubled area is less than 6 d l +
 /// 8 d^2. Let n be the cosine between the triangle's normal and the viewer, h its height on the longest
 /// edge in frame units, and q = d / (scale h): the triangle certainly faces away if -n >= 6 q + 8 q^2.
-kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
-                              const uint padded_groups, global const kiln_view* restrict views,
-                              global const kiln_raster_bounds* restrict bounds,
-                              global kiln_raster_boxes* restrict boxes,
-                              global kiln_raster_boxes* restrict group_boxes) {
+kernel void kiln_tiles_compute_bounds(const uint view_count, const uint group_count,
+                                      const uint padded_groups, global const kiln_view* restrict views,
+                                      global const kiln_raster_bounds* restrict bounds,
+                                      global kiln_raster_boxes* restrict boxes,
+                                      global kiln_raster_boxes* restrict group_boxes) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint i = (uint)get_global_id(0);
   if (i >= view_count * padded_groups) return;
@@ -93,7 +93,7 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
   vstore16(convert_short16(first_y), 0, box->first_y);
   vstore16(convert_short16(last_x), 0, box->last_x);
   vstore16(convert_short16(last_y), 0, box->last_y);
-  // The union of the 16 boxes, without empty ones.
+  // Computes the union of those of the 16 boxes that are not empty.
   const int16 empty = (first_x > last_x) | (first_y > last_y);
   const int16 low_x = empty ? (int16)(KILN_RASTER_LARGEST) : first_x;
   const int16 low_y = empty ? (int16)(KILN_RASTER_LARGEST) : first_y;
@@ -109,8 +109,8 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
   group_box->last_y[lane] = (short)max(max(gy4.x, gy4.y), max(gy4.z, gy4.w));
 }
 
-/// Bit set of the boxes, among 16, that overlap the tile.
-static inline uint tile_hits(global const kiln_raster_boxes* boxes, const tile_state* tile) {
+/// Finds the boxes, among 16, that overlap the tile. \returns one bit per box
+static inline uint tile_find_overlaps(global const kiln_raster_boxes* boxes, const tile_state* tile) {
   const short16 hits = (TILE_SHORTS(boxes->first_x) <= (short16)((short)tile->last_x)) &
                        (TILE_SHORTS(boxes->last_x) >= (short16)((short)tile->first_x)) &
                        (TILE_SHORTS(boxes->first_y) <= (short16)((short)tile->last_y)) &
@@ -142,10 +142,10 @@ kernel void kiln_tiles_draw(const uint count, const uint group_count, const uint
   tile.drawn = 0;
   bool cleared = false;
   for (uint s = 0; s < padded_groups; s += TILE_LANES) {
-    for (uint group_hits = tile_hits(group_boxes + s / TILE_LANES, &tile); group_hits != 0;
+    for (uint group_hits = tile_find_overlaps(group_boxes + s / TILE_LANES, &tile); group_hits != 0;
          group_hits &= group_hits - 1) {
       const uint group = s + mask_lowest(group_hits);
-      for (uint hits = tile_hits(boxes + group, &tile); hits != 0; hits &= hits - 1) {
+      for (uint hits = tile_find_overlaps(boxes + group, &tile); hits != 0; hits &= hits - 1) {
         if (!cleared) {
           for (uint k = 0; k < KILN_RASTER_TILE_PIXELS / 8; ++k) {
             vstore8((ulong8)(KILN_RASTER_EMPTY), k, tile.keys);

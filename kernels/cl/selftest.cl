@@ -64,19 +64,19 @@ SELFTEST_DEFINE(16, 16)
 
 /// Applies all operations to one input: scalar operations; vector operations if the input's index is also that of a
 /// vector; masks and atomics.
-static KILN_CALL void selftest_item(const uint item, global const kiln_selftest_input* in,
-                                    volatile global uint* cells, volatile global ulong* least,
-                                    global uint* out) {
+static KILN_CALL void selftest_run_item(const uint item, global const kiln_selftest_input* in,
+                                        volatile global uint* cells, volatile global ulong* least,
+                                        global uint* out) {
   const uint width = KILN_SELFTEST_OPERATIONS * KILN_SELFTEST_ITEMS;
   selftest_lanes_1(in, item, out);
   if (item < KILN_SELFTEST_ITEMS / 4) selftest_lanes_4(in, item, out + width);
   if (item < KILN_SELFTEST_ITEMS / 8) selftest_lanes_8(in, item, out + 2 * width);
   if (item < KILN_SELFTEST_ITEMS / 16) selftest_lanes_16(in, item, out + 3 * width);
-  const int16 less = vload16(item / 16, in->a) < vload16(item / 16, in->b);
-  const int8 half_less = item % 16 < 8 ? less.lo : less.hi;
-  const uint both = mask_bits16(less) + (mask_bits8(half_less) << 16);
+  const int16 is_less = vload16(item / 16, in->a) < vload16(item / 16, in->b);
+  const int8 is_half_less = item % 16 < 8 ? is_less.lo : is_less.hi;
+  const uint masks = mask_bits16(is_less) + (mask_bits8(is_half_less) << 16);
   out[KILN_SELFTEST_MASKS * KILN_SELFTEST_ITEMS + item] =
-      both + (mask_bits4(half_less.lo) << 24) + (mask_any8(half_less) ? 1u << 31 : 0u);
+      masks + (mask_bits4(is_half_less.lo) << 24) + (mask_any8(is_half_less) ? 1u << 31 : 0u);
 
   const uint cell = item % KILN_SELFTEST_CELLS;
   const uint value = as_uint(in->p[item]);
@@ -95,5 +95,5 @@ kernel void kiln_selftest_operate(global const kiln_selftest_input* restrict in,
                                   volatile global ulong* restrict least,
                                   global uint* restrict out) {
   const uint item = (uint)get_global_id(0);
-  if (item < KILN_SELFTEST_ITEMS) selftest_item(item, in, cells, least, out);
+  if (item < KILN_SELFTEST_ITEMS) selftest_run_item(item, in, cells, least, out);
 }

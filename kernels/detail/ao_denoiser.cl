@@ -5,10 +5,10 @@
 // each measures the bias of the other (host/detail/ao_denoiser.h). Weights depend on the high poly's points
 // alone, never on the shares: the filter is linear, so the error of a sum is the sum of the errors.
 //
-// kernel                     global  local  memory traffic an item
-// kiln_ao_denoiser_weights   texels  64     reads 56 B + 8 points (gathered), writes 32 B
-// kiln_ao_denoiser_smooth    texels  64     reads 40 B + 8 values (gathered), writes 8 B
-// kiln_ao_denoiser_centroid  texels  64     reads 32 B, writes 8 B
+// kernel                              global  local  memory traffic an item
+// kiln_ao_denoiser_compute_weights    texels  64     reads 56 B + 8 points (gathered), writes 32 B
+// kiln_ao_denoiser_smooth             texels  64     reads 40 B + 8 values (gathered), writes 8 B
+// kiln_ao_denoiser_measure_centroids  texels  64     reads 32 B, writes 8 B
 //
 // A texel's neighbours are consecutive, so that all eight are one vector.
 //
@@ -38,9 +38,9 @@ static inline float8 gather_values(global const float* plane, const uint index[8
 /// neighbour's index. The weights of the neighbours and of the texel itself sum to 1.
 /// \param neighbours indices per texel, below 2^24; the texel's own index in place of a missing neighbour
 /// \param points      positions, then unit normals, one plane per component
-kernel void kiln_ao_denoiser_weights(const kiln_ao_denoiser_params params,
-                                     global uint* restrict neighbours,
-                                     global const float* restrict points) {
+kernel void kiln_ao_denoiser_compute_weights(const kiln_ao_denoiser_params params,
+                                             global uint* restrict neighbours,
+                                             global const float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
@@ -98,9 +98,9 @@ kernel void kiln_ao_denoiser_smooth(const kiln_ao_denoiser_params params,
 /// Computes the squared distance in texels between each texel and the centroid of its weights, and writes it to both
 /// values of a pair. A texel with fewer than three neighbours uses its own weight instead, since little of its noise is
 /// averaged out. Neighbours are in the order of AoDenoiser::prepare().
-kernel void kiln_ao_denoiser_centroid(const kiln_ao_denoiser_params params,
-                                      global const uint* restrict neighbours,
-                                      global float* restrict offset) {
+kernel void kiln_ao_denoiser_measure_centroids(const kiln_ao_denoiser_params params,
+                                               global const uint* restrict neighbours,
+                                               global float* restrict offset) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;

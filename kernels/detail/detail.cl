@@ -13,10 +13,10 @@
 // -D           range  default
 // KILN_WIDTH   1, 8   1
 //
-// kernel               global           local  memory traffic a sample (resolve: a texel)
-// kiln_detail_normal   samples / width  64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
-// kiln_detail_blend    samples / width  64     the same, and of the other match 16 B + 2 triangles' attributes
-// kiln_detail_resolve  texels           64     reads 12 B + 13 B a sample, writes 13 B (scattered)
+// kernel                       global           local  memory traffic a sample (resolve: a texel)
+// kiln_detail_compute_normals  samples / width  64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
+// kiln_detail_blend            samples / width  64     the same, and of the other match 16 B + 2 triangles' attributes
+// kiln_detail_resolve          texels           64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
 // Neighbouring samples mostly lie in one triangle of the low poly: eight samples of one triangle share one read of
 // its attributes. The high poly's normals and their indices are read four numbers at a time, so both arrays have one
@@ -28,15 +28,15 @@
 #include "detail/detail_group.clh"
 #include "lib/call.clh"
 
-static KILN_CALL void detail_normal(const lanes_range at, const kiln_detail_params params,
-                                    global const uint* KILN_CALL_RESTRICT low_triangle,
-                                    global const float* KILN_CALL_RESTRICT low_barycentric,
-                                    global const kiln_low_shading* KILN_CALL_RESTRICT shading,
-                                    global const uint* KILN_CALL_RESTRICT hit_triangle,
-                                    global const float* KILN_CALL_RESTRICT hit_barycentric,
-                                    global const uint* KILN_CALL_RESTRICT normal_indices,
-                                    global const float* KILN_CALL_RESTRICT normals,
-                                    global float* KILN_CALL_RESTRICT result) {
+static KILN_CALL void detail_compute_normals(const lanes_range at, const kiln_detail_params params,
+                                             global const uint* KILN_CALL_RESTRICT low_triangle,
+                                             global const float* KILN_CALL_RESTRICT low_barycentric,
+                                             global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                             global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                             global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                             global const uint* KILN_CALL_RESTRICT normal_indices,
+                                             global const float* KILN_CALL_RESTRICT normals,
+                                             global float* KILN_CALL_RESTRICT result) {
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
@@ -44,19 +44,19 @@ static KILN_CALL void detail_normal(const lanes_range at, const kiln_detail_para
   detail_store(detail_to_map(params, group.low, group.normal), at, params.out_capacity, result);
 }
 
-kernel void kiln_detail_normal(const kiln_detail_params params,
-                               global const uint* restrict low_triangle,
-                               global const float* restrict low_barycentric,
-                               global const kiln_low_shading* restrict shading,
-                               global const uint* restrict hit_triangle,
-                               global const float* restrict hit_barycentric,
-                               global const uint* restrict normal_indices,
-                               global const float* restrict normals,
-                               global float* restrict result) {
+kernel void kiln_detail_compute_normals(const kiln_detail_params params,
+                                        global const uint* restrict low_triangle,
+                                        global const float* restrict low_barycentric,
+                                        global const kiln_low_shading* restrict shading,
+                                        global const uint* restrict hit_triangle,
+                                        global const float* restrict hit_barycentric,
+                                        global const uint* restrict normal_indices,
+                                        global const float* restrict normals,
+                                        global float* restrict result) {
   const lanes_range at = lanes_of_item(params.count);
   if (at.count == 0u) return;
-  detail_normal(at, params, low_triangle, low_barycentric, shading, hit_triangle, hit_barycentric,
-                normal_indices, normals, result);
+  detail_compute_normals(at, params, low_triangle, low_barycentric, shading, hit_triangle, hit_barycentric,
+                         normal_indices, normals, result);
 }
 
 /// Blends the normals of two correspondences for samples where the second one has a triangle.

@@ -1,32 +1,32 @@
 // Detail at one sample a texel: normals at the corresponding points, written to their texels in one pass.
 //
-// The kernel does the work of kiln_detail_normal and kiln_detail_resolve of detail.cl, which explains the method, without
+// The kernel does the work of kiln_detail_compute_normals and kiln_detail_resolve of detail.cl, which explains the method, without
 // the intermediate values. It is a program of its own, since most bakes need no other kernel of detail.cl.
 //
 // -D           range  default
 // KILN_WIDTH   1, 8   1
 //
-// kernel               global            local  memory traffic a sample
-// kiln_detail_texel    samples / width   64     reads 33 B + 2 triangles' attributes (gathered), writes 13 B
+// kernel                   global            local  memory traffic a sample
+// kiln_detail_bake_texels  samples / width   64     reads 33 B + 2 triangles' attributes (gathered), writes 13 B
 //
 // Strengths: half the memory traffic of two passes. Limits: barycentric interpolation only.
 
 #include "detail/detail_group.clh"
 #include "lib/call.clh"
 
-/// Normals and texels in one pass for one sample per texel: kiln_detail_normal and
+/// Normals and texels in one pass for one sample per texel: kiln_detail_compute_normals and
 /// kiln_detail_resolve without the intermediate values.
-static KILN_CALL void detail_texel(const lanes_range at, const kiln_detail_params params,
-                                   const kiln_resolve_params resolve,
-                                   global const uint* KILN_CALL_RESTRICT texel_index,
-                                   global const uint* KILN_CALL_RESTRICT low_triangle,
-                                   global const float* KILN_CALL_RESTRICT low_barycentric,
-                                   global const kiln_low_shading* KILN_CALL_RESTRICT shading,
-                                   global const uint* KILN_CALL_RESTRICT hit_triangle,
-                                   global const float* KILN_CALL_RESTRICT hit_barycentric,
-                                   global const uint* KILN_CALL_RESTRICT normal_indices,
-                                   global const float* KILN_CALL_RESTRICT normals,
-                                   global float* KILN_CALL_RESTRICT image, global uchar* KILN_CALL_RESTRICT coverage) {
+static KILN_CALL void detail_bake_texels(const lanes_range at, const kiln_detail_params params,
+                                         const kiln_resolve_params resolve,
+                                         global const uint* KILN_CALL_RESTRICT texel_index,
+                                         global const uint* KILN_CALL_RESTRICT low_triangle,
+                                         global const float* KILN_CALL_RESTRICT low_barycentric,
+                                         global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                         global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                         global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                         global const uint* KILN_CALL_RESTRICT normal_indices,
+                                         global const float* KILN_CALL_RESTRICT normals,
+                                         global float* KILN_CALL_RESTRICT image, global uchar* KILN_CALL_RESTRICT coverage) {
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
@@ -53,20 +53,20 @@ static KILN_CALL void detail_texel(const lanes_range at, const kiln_detail_param
   }
 }
 
-kernel void kiln_detail_texel(const kiln_detail_params params,
-                              const kiln_resolve_params resolve,
-                              global const uint* restrict texel_index,
-                              global const uint* restrict low_triangle,
-                              global const float* restrict low_barycentric,
-                              global const kiln_low_shading* restrict shading,
-                              global const uint* restrict hit_triangle,
-                              global const float* restrict hit_barycentric,
-                              global const uint* restrict normal_indices,
-                              global const float* restrict normals,
-                              global float* restrict image,
-                              global uchar* restrict coverage) {
+kernel void kiln_detail_bake_texels(const kiln_detail_params params,
+                                    const kiln_resolve_params resolve,
+                                    global const uint* restrict texel_index,
+                                    global const uint* restrict low_triangle,
+                                    global const float* restrict low_barycentric,
+                                    global const kiln_low_shading* restrict shading,
+                                    global const uint* restrict hit_triangle,
+                                    global const float* restrict hit_barycentric,
+                                    global const uint* restrict normal_indices,
+                                    global const float* restrict normals,
+                                    global float* restrict image,
+                                    global uchar* restrict coverage) {
   const lanes_range at = lanes_of_item(params.count);
   if (at.count == 0u) return;
-  detail_texel(at, params, resolve, texel_index, low_triangle, low_barycentric, shading,
-               hit_triangle, hit_barycentric, normal_indices, normals, image, coverage);
+  detail_bake_texels(at, params, resolve, texel_index, low_triangle, low_barycentric, shading,
+                     hit_triangle, hit_barycentric, normal_indices, normals, image, coverage);
 }

@@ -18,7 +18,7 @@
 // kernel                                global       local  memory traffic an item
 // kiln_hemisphere_gather                samples      64     reads 44 B (gathered), writes 40 B
 // kiln_hemisphere_renew_rotations       samples      64     reads 8 B (gathered), writes 4 B
-// kiln_hemisphere_rays                  rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
+// kiln_hemisphere_write_rays            rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_count_open            samples / 8  8      reads 8 B a row of rays, writes 32 B
 // kiln_hemisphere_count_open_by_sample  samples      64     reads 4 B + 1 B a ray, writes 4 B
 // kiln_hemisphere_sum_directions        samples / 8  8      reads 104 B a row of rays, writes 96 B
@@ -76,22 +76,22 @@ kernel void kiln_hemisphere_renew_rotations(const kiln_pick_params params,
 /// \param turn_table  cosines, then sines
 /// \param directions  per set: x, y and z on the hemisphere, one plane each
 /// \param rings       per ray: the ring's first ray, then its number of rays, one plane each
-kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
-                                 global const float* restrict points,
-                                 global const uint* restrict turns,
-                                 global const float* restrict turn_table,
-                                 global const float* restrict directions,
-                                 global const uint* restrict rings, global float* restrict rays) {
+kernel void kiln_hemisphere_write_rays(const kiln_hemisphere_params params,
+                                       global const float* restrict points,
+                                       global const uint* restrict turns,
+                                       global const float* restrict turn_table,
+                                       global const float* restrict directions,
+                                       global const uint* restrict rings, global float* restrict rays) {
 #pragma OPENCL FP_CONTRACT OFF
   // A work-item handles one ray of each of 8 samples, or 8 rays of one sample.
   const bool by_sample = params.by_sample != 0u;
   const uint groups = by_sample ? (params.rays + LANES - 1) / LANES : params.stride / LANES;
   const uint item = (uint)get_global_id(0);
   if (item >= groups * (by_sample ? params.stride : params.rays)) return;
-  const uint outer = item / groups;
-  const uint inner = (item - outer * groups) * LANES;
-  const uint first_row = by_sample ? inner : outer;
-  const uint lane = by_sample ? outer : inner;
+  const uint outer_index = item / groups;
+  const uint inner_index = (item - outer_index * groups) * LANES;
+  const uint first_row = by_sample ? inner_index : outer_index;
+  const uint lane = by_sample ? outer_index : inner_index;
   const uint total_rays = params.all_rays;
   uint8 row = (uint8)(params.first_ray + first_row);
   uint8 ring_first = (uint8)(rings[params.first_ray + first_row]);
@@ -216,12 +216,12 @@ kernel void kiln_hemisphere_sum_depths(const kiln_hemisphere_params params,
   })
 }
 
-/// The mean unoccluded direction; the normal if all rays have a hit.
-static inline float3 hemisphere_bent(const kiln_detail_params params, const detail_low low,
-                                     uint triangle, global const float* barycentric, uint capacity,
-                                     global const float* bent_sum, size_t i,
-                                     global const uint* normal_indices,
-                                     global const float* normals) {
+/// Computes the mean unoccluded direction; the normal if all rays have a hit.
+static inline float3 hemisphere_compute_bent(const kiln_detail_params params, const detail_low low,
+                                             uint triangle, global const float* barycentric, uint capacity,
+                                             global const float* bent_sum, size_t i,
+                                             global const uint* normal_indices,
+                                             global const float* normals) {
   const float3 normal = detail_source_normal(params, low, triangle, barycentric[i],
                                              barycentric[i + capacity], normal_indices, normals);
   const size_t plane = params.out_capacity;
@@ -246,12 +246,12 @@ kernel void kiln_hemisphere_write_bent(
   if (i >= params.count) return;
   const detail_low low = detail_read_low(params, shading + low_triangle[i], low_barycentric[i],
                                          low_barycentric[i + params.low_capacity]);
-  float3 bent = hemisphere_bent(params, low, hit_triangle[i], hit_barycentric, params.hit_capacity,
-                                bent_sum, i, normal_indices, normals);
+  float3 bent = hemisphere_compute_bent(params, low, hit_triangle[i], hit_barycentric, params.hit_capacity,
+                                        bent_sum, i, normal_indices, normals);
   if (other_capacity != 0u && other_triangle[i] != KILN_NO_TRIANGLE) {
     const float3 other =
-        hemisphere_bent(params, low, other_triangle[i], other_barycentric, other_capacity,
-                        other_bent_sum, i, normal_indices, normals);
+        hemisphere_compute_bent(params, low, other_triangle[i], other_barycentric, other_capacity,
+                                other_bent_sum, i, normal_indices, normals);
     const float share = shares[i];
     bent = detail_normalize(bent * share + other * (1.0f - share), bent);
   }

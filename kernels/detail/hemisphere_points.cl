@@ -5,7 +5,7 @@
 // kernel                           global           local  memory traffic an item
 // kiln_hemisphere_write_rotations  texels           64     reads 12 B + 4 B a sample, writes 4 B a sample
 // kiln_hemisphere_write_keys       texels           64     the same
-// kiln_hemisphere_points           samples, padded  64     reads 41 B + a triangle (gathered), writes 36 B
+// kiln_hemisphere_write_points     samples, padded  64     reads 41 B + a triangle (gathered), writes 36 B
 //
 // No defines. Strengths: one item a texel or sample, no atomics. Limits: a point's triangle is gathered, so samples
 // should be in the map's order.
@@ -69,19 +69,19 @@ static inline float3 hemisphere_normalize(float3 v) {
 
 /// Computes positions, normals and offset vectors of the samples [first, first + count), or of picked[0], picked[1] and
 /// so on. Samples without a point, and unused lanes at the end, get zero normals.
-static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_params params,
-                                       global const uint* KILN_CALL_RESTRICT low_triangle,
-                                       global const float* KILN_CALL_RESTRICT low_barycentric,
-                                       global const float* KILN_CALL_RESTRICT low_points,
-                                       global const kiln_low_shading* KILN_CALL_RESTRICT shading,
-                                       global const uint* KILN_CALL_RESTRICT hit_triangle,
-                                       global const float* KILN_CALL_RESTRICT hit_barycentric,
-                                       global const float* KILN_CALL_RESTRICT positions,
-                                       global const uint* KILN_CALL_RESTRICT triangles,
-                                       global const uint* KILN_CALL_RESTRICT normal_indices,
-                                       global const float* KILN_CALL_RESTRICT normals,
-                                       global const uint* KILN_CALL_RESTRICT picked,
-                                       global float* KILN_CALL_RESTRICT points) {
+static KILN_CALL void hemisphere_compute_point(const size_t i, const kiln_hemisphere_params params,
+                                               global const uint* KILN_CALL_RESTRICT low_triangle,
+                                               global const float* KILN_CALL_RESTRICT low_barycentric,
+                                               global const float* KILN_CALL_RESTRICT low_points,
+                                               global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                               global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                               global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                               global const float* KILN_CALL_RESTRICT positions,
+                                               global const uint* KILN_CALL_RESTRICT triangles,
+                                               global const uint* KILN_CALL_RESTRICT normal_indices,
+                                               global const float* KILN_CALL_RESTRICT normals,
+                                               global const uint* KILN_CALL_RESTRICT picked,
+                                               global float* KILN_CALL_RESTRICT points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t plane = params.plane;
   const size_t s = params.by_list != 0u && i < params.count ? picked[i] : params.first + i;
@@ -118,7 +118,7 @@ static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_par
   detail_store_planes(face * params.push, i, plane, points + 6 * plane);
 }
 
-kernel void kiln_hemisphere_points(
+kernel void kiln_hemisphere_write_points(
     const kiln_hemisphere_params params, global const uint* restrict low_triangle,
     global const float* restrict low_barycentric, global const float* restrict low_points,
     global const kiln_low_shading* restrict shading, global const uint* restrict hit_triangle,
@@ -128,6 +128,6 @@ kernel void kiln_hemisphere_points(
     global float* restrict points) {
   const size_t i = get_global_id(0);
   if (i >= params.stride) return;
-  hemisphere_point(i, params, low_triangle, low_barycentric, low_points, shading, hit_triangle,
-                   hit_barycentric, positions, triangles, normal_indices, normals, picked, points);
+  hemisphere_compute_point(i, params, low_triangle, low_barycentric, low_points, shading, hit_triangle,
+                           hit_barycentric, positions, triangles, normal_indices, normals, picked, points);
 }

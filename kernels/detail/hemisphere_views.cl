@@ -5,9 +5,9 @@
 // weighted by their cosine to the normal. Ambient occlusion is the weight of the open directions divided by
 // that of all directions over the hemisphere, so an open place is 1 for any number of directions.
 //
-// kernel                 global        local  memory traffic an item
-// kiln_hemisphere_depths rows of tiles 64     reads 512 B, writes 256 B
-// kiln_hemisphere_views  samples / 64  64     a sample: reads 36 B + 4 B a view (gathered), 44 B of sums
+// kernel                         global        local  memory traffic an item
+// kiln_hemisphere_unpack_depths  rows of tiles 64     reads 512 B, writes 256 B
+// kiln_hemisphere_add_views      samples / 64  64     a sample: reads 36 B + 4 B a view (gathered), 44 B of sums
 //
 // Defines: KILN_VISIBILITY_SCALAR  one sample an item: for GPUs
 //          KILN_HEMISPHERE_BENT_SUM    also sums the open directions
@@ -28,11 +28,11 @@
 /// Converts a batch of views from keys, tile by tile, to depths, row by row. An item handles a row
 /// of one tile.
 /// \param views  side by side, of a size that is a multiple of KILN_RASTER_TILE
-kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
-                                   global const kiln_view* restrict views,
-                                   global const ulong* restrict keys,
-                                   global const uchar* restrict drawn,
-                                   global float* restrict depths) {
+kernel void kiln_hemisphere_unpack_depths(const kiln_hemisphere_views_params params,
+                                          global const kiln_view* restrict views,
+                                          global const ulong* restrict keys,
+                                          global const uchar* restrict drawn,
+                                          global float* restrict depths) {
   const uint i = (uint)get_global_id(0);
   const uint size = params.view_size;
   const uint tiles = KILN_RASTER_TILES(size);
@@ -46,8 +46,8 @@ kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
     float8 depth = (float8)(KILN_VISIBILITY_FAR);
     if (is_tile_drawn) {
       const ulong8 key = vload8(0, keys + first + x);
-      const float8 shown = as_float8(convert_uint8(key >> 32));
-      depth = select(shown, depth, convert_uint8(key >> 32) == (uint8)(0xFFFFFFFFu));
+      const float8 picture_depth = as_float8(convert_uint8(key >> 32));
+      depth = select(picture_depth, depth, convert_uint8(key >> 32) == (uint8)(0xFFFFFFFFu));
     }
     vstore8(depth, 0, to + x);
   }
@@ -58,14 +58,14 @@ kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
 /// \param points  position, unit normal (0: no hemisphere) and the face's normal of any length, 9 planes
 /// \param sums    KILN_HEMISPHERE_VIEW_SUMS planes
 /// \param bent_sum    3 planes of bent_sum_plane elements: directions weighted by their cosines
-kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
-                                  global const kiln_view* restrict views,
-                                  global const float* restrict depths,
-                                  global const float* restrict points,
-                                  global float* restrict sums
+kernel void kiln_hemisphere_add_views(const kiln_hemisphere_views_params params,
+                                      global const kiln_view* restrict views,
+                                      global const float* restrict depths,
+                                      global const float* restrict points,
+                                      global float* restrict sums
 #ifdef KILN_HEMISPHERE_BENT_SUM
-                                  ,
-                                  global float* restrict bent_sum
+                                      ,
+                                      global float* restrict bent_sum
 #endif
 ) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -126,14 +126,14 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       const vfloat slope_x = (fx * rx + fy * ry) + fz * rz;
       const vfloat slope_y = (fx * ux + fy * uy) + fz * uz;
       global const float* picture = depths + (size_t)k * params.view_size * params.view_size;
-      const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
+      const vfloat picture_depth = visibility_gather(picture, row * (last + 1) + column);
       // Pictures cover all occluders: points outside of the picture are unoccluded.
       const vint outside = max(offset_x * offset_x, offset_y * offset_y) > (vfloat)(1.0f);
       // Both sides of the comparison are multiplied by the cosine, so that the face's orientation does not matter.
       const vfloat squared = facing * facing;
       const vint seen = (squared > (vfloat)(min_squared)) &
                         ((slope_x * offset_x - slope_y * offset_y) * facing <=
-                         ((shown + params.bias) - depth) * (squared * view->scale));
+                         ((picture_depth + params.bias) - depth) * (squared * view->scale));
       const vfloat share = (faces_view & (seen | outside)) ? cosine : (vfloat)(0.0f);
       const vfloat weight = faces_view ? cosine : (vfloat)(0.0f);
       if (((params.first_view + k) & 1u) == 0u) {

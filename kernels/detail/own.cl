@@ -3,8 +3,8 @@
 // The user's source follows this file in the program, so it can use the declarations of own.clh. Of
 // the user's source this file uses only kiln_map().
 //
-// kernel           global   local  memory traffic an item
-// kiln_own_values  samples  64     reads 41 B + 2 triangles (gathered), writes 16 B; and the reads of kiln_map()
+// kernel             global   local  memory traffic an item
+// kiln_own_evaluate  samples  64     reads 41 B + 2 triangles (gathered), writes 16 B; and the reads of kiln_map()
 //
 // Defines: none. Strengths: any map that a formula defines, without another pass over the match. Limits: a
 // function that never returns blocks its launch (at most 65,536 samples), since nothing on the device can
@@ -24,24 +24,24 @@ static inline float3 own_normalize(float3 v, float3 fallback) {
 /// Computes the values of samples [first, end) as four planes. Samples without a point get 0.
 /// \param low_points  position (frame units) and direction, planes
 /// \param uvs         per corner index if has_uvs; u and v interleaved
-kernel void kiln_own_values(const kiln_user_map_params params,
-                            global const uint* restrict low_triangle,
-                            global const float* restrict low_barycentric,
-                            global const float* restrict low_points,
-                            global const kiln_low_shading* restrict shading,
-                            global const uint* restrict hit_triangle,
-                            global const float* restrict hit_barycentric,
-                            global const float* restrict hit_distance,
-                            global const uchar* restrict hit_status,
-                            global const float* restrict positions,
-                            global const uint* restrict triangles,
-                            global const uint* restrict normal_indices,
-                            global const float* restrict normals,
-                            global const float* restrict uvs,
-                            global const uint* restrict uv_triangles,
-                            global const kiln_bvh_node* restrict nodes,
-                            global const kiln_bvh_block* restrict blocks,
-                            global float* restrict values) {
+kernel void kiln_own_evaluate(const kiln_user_map_params params,
+                              global const uint* restrict low_triangle,
+                              global const float* restrict low_barycentric,
+                              global const float* restrict low_points,
+                              global const kiln_low_shading* restrict shading,
+                              global const uint* restrict hit_triangle,
+                              global const float* restrict hit_barycentric,
+                              global const float* restrict hit_distance,
+                              global const uchar* restrict hit_status,
+                              global const float* restrict positions,
+                              global const uint* restrict triangles,
+                              global const uint* restrict normal_indices,
+                              global const float* restrict normals,
+                              global const float* restrict uvs,
+                              global const uint* restrict uv_triangles,
+                              global const kiln_bvh_node* restrict nodes,
+                              global const kiln_bvh_block* restrict blocks,
+                              global float* restrict values) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t s = params.first + get_global_id(0);
   if (s >= params.end) return;

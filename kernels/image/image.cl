@@ -10,11 +10,11 @@
 // highest bits down. The row pass is then one addition and one unsigned minimum per candidate, and ties
 // go to the lowest row, then the lowest column. Integers only: the same on any device.
 //
-// | kernel                     | items                          | local | traffic an item              |
+// | kernel                    | items                          | local | traffic an item              |
 // | -------------------------- | ------------------------------ | ----- | ---------------------------- |
-// | kiln_image_gutter_columns  | stride/8 x ceil(rows/tile)     | 64    | 2 x 8 B x (tile + 2 radius)  |
+// | kiln_image_search_columns | stride/8 x ceil(rows/tile)     | 64    | 2 x 8 B x (tile + 2 radius)  |
 // |                            |                                |       | read, 3 x 8 keys x tile      |
-// | kiln_image_gutter_rows     | stride/8 x rows                | 64    | up to 8 keys x (2 radius + 1)|
+// | kiln_image_search_rows    | stride/8 x rows                | 64    | up to 8 keys x (2 radius + 1)|
 // |                            |                                |       | read (cached), 8 offsets     |
 //
 // Defines: KILN_GUTTER_WIDE=0 (default) or 1: keys of 32 bits for a radius up to 127, or of 64 bits
@@ -54,7 +54,7 @@ typedef ushort gutter_offset;
 
 // Distance to the nearest source along the column: that of the previous texel plus 1, or 0 at a source; clamped to
 // `limit`.
-static int8 gutter_step(int8 previous, uchar8 mask, int limit) {
+static int8 gutter_update_distance(int8 previous, uchar8 mask, int limit) {
   const int8 empty = convert_int8(mask) - 1;  // mask: all bits set for texels without a source, else 0
   return min(previous + 1, (int8)limit) & empty;
 }
@@ -62,9 +62,9 @@ static int8 gutter_step(int8 previous, uchar8 mask, int limit) {
 /// Keys of the nearest source in each column. mask: [height][stride], 1 for a source, else 0.
 /// keys: [row_count][pad + stride + pad]; the caller fills the pad columns with bytes of 0x7F,
 /// larger than any distance.
-static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band band,
-                                     global const uchar* KILN_CALL_RESTRICT mask,
-                                     global gutter_key* KILN_CALL_RESTRICT keys) {
+static KILN_CALL void gutter_search_columns(const uint item, const kiln_gutter_band band,
+                                            global const uchar* KILN_CALL_RESTRICT mask,
+                                            global gutter_key* KILN_CALL_RESTRICT keys) {
   const uint groups = band.stride / 8;
   const uint first = item / groups * band.tile_rows;
   if (first >= band.row_count) return;
@@ -78,7 +78,7 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
   // Upward pass: stores the distance to the nearest source below in place of the key.
   int8 distance_below = (int8)limit;
   for (int y = min(bottom - 1 + (int)band.radius, (int)band.height - 1); y >= top; --y) {
-    distance_below = gutter_step(distance_below, vload8(0, mask + (size_t)y * band.stride + x), limit);
+    distance_below = gutter_update_distance(distance_below, vload8(0, mask + (size_t)y * band.stride + x), limit);
     if (y < bottom) {
       vstore8(to_key8(distance_below), 0,
               keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x);
@@ -88,7 +88,7 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
   // upper one wins ties.
   int8 distance_above = (int8)limit;
   for (int y = max(top - (int)band.radius, 0); y < bottom; ++y) {
-    distance_above = gutter_step(distance_above, vload8(0, mask + (size_t)y * band.stride + x), limit);
+    distance_above = gutter_update_distance(distance_above, vload8(0, mask + (size_t)y * band.stride + x), limit);
     if (y < top) continue;
     global gutter_key* key = keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x;
     distance_below = convert_int8(vload8(0, key));
@@ -103,13 +103,13 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
   }
 }
 
-kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
+kernel void kiln_image_search_columns(const kiln_gutter_band band,
                                       global const uchar* restrict mask,
                                       global gutter_key* restrict keys) {
-  gutter_columns((uint)get_global_id(0), band, mask, keys);
+  gutter_search_columns((uint)get_global_id(0), band, mask, keys);
 }
 
-static gutter_key gutter_largest(gutter_key8 keys) {
+static gutter_key gutter_find_largest(gutter_key8 keys) {
   const gutter_key8 a = max(keys, keys.s45670123);
   const gutter_key8 b = max(a, a.s23016745);
   return max(b.s0, b.s1);
@@ -117,10 +117,10 @@ static gutter_key gutter_largest(gutter_key8 keys) {
 
 /// Offsets to the nearest source; 0 on sources, and for texels without a source within the
 /// radius. offsets: [row_count][stride].
-static KILN_CALL void gutter_rows(const uint item, const kiln_gutter_band band,
-                                  global const uchar* KILN_CALL_RESTRICT mask,
-                                  global const gutter_key* KILN_CALL_RESTRICT keys,
-                                  global gutter_offset* KILN_CALL_RESTRICT offsets) {
+static KILN_CALL void gutter_search_rows(const uint item, const kiln_gutter_band band,
+                                         global const uchar* KILN_CALL_RESTRICT mask,
+                                         global const gutter_key* KILN_CALL_RESTRICT keys,
+                                         global gutter_offset* KILN_CALL_RESTRICT offsets) {
   const uint groups = band.stride / 8;
   const uint row = item / groups;
   if (row >= band.row_count) return;
@@ -139,7 +139,7 @@ static KILN_CALL void gutter_rows(const uint item, const kiln_gutter_band band,
     const gutter_key far = (dx * dx << GUTTER_DISTANCE_SHIFT) + (gutter_key)GUTTER_BIAS;
     // The search ends when columns farther away cannot hold a nearer source. This is tested every 8 columns, since the
     // test costs as much as a column.
-    if ((dx & 7) == 0 && gutter_largest(best) < far - (gutter_key)GUTTER_BIAS) break;
+    if ((dx & 7) == 0 && gutter_find_largest(best) < far - (gutter_key)GUTTER_BIAS) break;
     best = min(best, vload8(0, at - dx) + (far - dx));
     best = min(best, vload8(0, at + dx) + (far + dx));
   }
@@ -149,9 +149,9 @@ static KILN_CALL void gutter_rows(const uint item, const kiln_gutter_band band,
   vstore8(to_offset8(low * in_radius * (1 - to_key8(source))), 0, out);
 }
 
-kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
+kernel void kiln_image_search_rows(const kiln_gutter_band band,
                                    global const uchar* restrict mask,
                                    global const gutter_key* restrict keys,
                                    global gutter_offset* restrict offsets) {
-  gutter_rows((uint)get_global_id(0), band, mask, keys, offsets);
+  gutter_search_rows((uint)get_global_id(0), band, mask, keys, offsets);
 }

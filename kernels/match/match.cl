@@ -3,8 +3,8 @@
 //
 // kernel                   global  local  memory traffic an item
 // kiln_match_reject_deep   sample  64     reads 53 B, writes 17 B if the point lies too deep
-// kiln_match_axis          sample  64     reads 28 B, writes 28 B
-// kiln_match_limit         sample  64     reads 32 B, writes 4 B
+// kiln_match_set_axis      sample  64     reads 28 B, writes 28 B
+// kiln_match_write_limits  sample  64     reads 32 B, writes 4 B
 // kiln_match_select_outer  sample  64     reads 8 B, and 12 B more if there is a hit; writes 17 B if it is farther out
 #include "lib/shell.clh"
 #include "shared/match.h"
@@ -36,13 +36,13 @@ kernel void kiln_match_reject_deep(const uint count,
 
 /// Copies points and replaces their directions by an axis, which is negated if it points against the sample's former
 /// direction.
-kernel void kiln_match_axis(const uint count,
-                            const uint capacity,
-                            const float x,
-                            const float y,
-                            const float z,
-                            global const float* restrict points,
-                            global float* restrict turned) {
+kernel void kiln_match_set_axis(const uint count,
+                                const uint capacity,
+                                const float x,
+                                const float y,
+                                const float z,
+                                global const float* restrict points,
+                                global float* restrict turned) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;
@@ -58,15 +58,15 @@ kernel void kiln_match_axis(const uint count,
 
 /// Writes the search limit of each sample: the distance to the low poly's first hit; 0 if that hit is a back
 /// face, so that the sample is inside another part.
-kernel void kiln_match_limit(const uint count,
-                             const uint capacity,
-                             const float farthest,
-                             const uint first,                      // index of the first element of `limit` to write
-                             global const float* restrict normals,  // 3 per triangle: its unit normal
-                             global const float* restrict points,
-                             global const uint* restrict met,
-                             global const float* restrict distance,
-                             global float* limit) {  // [count]; a plane of the array of points is allowed
+kernel void kiln_match_write_limits(const uint count,
+                                    const uint capacity,
+                                    const float farthest,
+                                    const uint first,                      // index of the first element of `limit` to write
+                                    global const float* restrict normals,  // 3 per triangle: its unit normal
+                                    global const float* restrict points,
+                                    global const uint* restrict met,
+                                    global const float* restrict distance,
+                                    global float* limit) {  // [count]; a plane of the array of points is allowed
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;

@@ -13,13 +13,13 @@
 // multiply-adds make these accurate to the last bits (Kahan; Jeannerod, Louvet, Muller, "Further analysis
 // of Kahan's algorithm for the accurate computation of 2 x 2 determinants", 2013).
 //
-// kernel            global       local  memory traffic an item
-// kiln_uv_cover     tasks        64     reads 48 B; 4 B a sample inside, atomic
-// kiln_uv_cover_run runs         1      clears its rows; 48 B a task, 8 B a sample inside
-// kiln_uv_count     rows         64     reads 8 B a sample of the row, writes 32 B
-// kiln_uv_match     texels       64     reads 8 B + 8 B a sample + a piece (gathered), writes 13 B a sample
-// kiln_uv_match_wide  texels/8   64     the same
-// kiln_uv_distance  samples      64     reads 36 B + a triangle (gathered), writes 4 B
+// kernel                     global       local  memory traffic an item
+// kiln_uv_cover              tasks        64     reads 48 B; 4 B a sample inside, atomic
+// kiln_uv_cover_run          runs         1      clears its rows; 48 B a task, 8 B a sample inside
+// kiln_uv_count              rows         64     reads 8 B a sample of the row, writes 32 B
+// kiln_uv_match              texels       64     reads 8 B + 8 B a sample + a piece (gathered), writes 13 B a sample
+// kiln_uv_match_wide           texels/8   64     the same
+// kiln_uv_measure_distances  samples      64     reads 36 B + a triangle (gathered), writes 4 B
 //
 // Defines: KILN_UV_SINGLE=1: one sample a texel; KILN_UV_CLIPPED=1: some pieces are parts of triangles;
 // KILN_UV_LARGE=1: sides of some pieces exceed floats' precision and need 64-bit integers.
@@ -200,7 +200,7 @@ kernel void kiln_uv_count(const kiln_uv_params params, global const uint* restri
 
 /// Row of a texel in a band from its index. Avoids integer division, which vector units lack: the float
 /// product is off by at most one and is corrected.
-static int uv_row(const int index, const int width) {
+static int uv_find_row(const int index, const int width) {
 #pragma OPENCL FP_CONTRACT OFF
   int row = (int)(convert_float(index) / convert_float(width));
   const int column = index - row * width;
@@ -208,8 +208,8 @@ static int uv_row(const int index, const int width) {
   return row + (column >= width ? 1 : 0);
 }
 
-/// The determinant a d - b c.
-static float uv_determinant(const int a, const int b, const int c, const int d) {
+/// Computes the determinant a d - b c.
+static float uv_compute_determinant(const int a, const int b, const int c, const int d) {
 #pragma OPENCL FP_CONTRACT OFF
 #if KILN_UV_LARGE
   return convert_float((long)a * d - (long)b * c);
@@ -221,7 +221,7 @@ static float uv_determinant(const int a, const int b, const int c, const int d) 
 }
 
 /// Computes eight determinants a d - b c; inputs must be exactly representable as floats.
-static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, const float8 d) {
+static float8 uv_compute_determinant8(const float8 a, const float8 b, const float8 c, const float8 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float8 product = b * c;
   const float8 error = fma(-b, c, product);
@@ -243,7 +243,7 @@ kernel void kiln_uv_match(const kiln_uv_params params, global const uint* restri
 #pragma OPENCL FP_CONTRACT OFF
   const size_t texel = get_global_id(0);
   if (texel >= params.texel_count) return;
-  const int texel_row = uv_row((int)texel_index[texel], (int)params.width);
+  const int texel_row = uv_find_row((int)texel_index[texel], (int)params.width);
   const int texel_column = (int)texel_index[texel] - texel_row * (int)params.width;
   const int half_sample = 1 << (params.shift - 1u);
 #if KILN_UV_SINGLE
@@ -257,7 +257,7 @@ kernel void kiln_uv_match(const kiln_uv_params params, global const uint* restri
   const int n = (int)params.samples;
   const uint end = texel_first[texel + 1u];
   for (uint s = texel_first[texel]; s < end; ++s) {
-    const int slot_row = uv_row((int)sample_slot[s], n);
+    const int slot_row = uv_find_row((int)sample_slot[s], n);
     const int x = texel_column * n + ((int)sample_slot[s] - slot_row * n);
     const int y = texel_row * n + slot_row;
 #endif
@@ -270,9 +270,9 @@ kernel void kiln_uv_match(const kiln_uv_params params, global const uint* restri
     const int ax = p->x[1] - x0, ay = p->y[1] - y0;
     const int bx = p->x[2] - x0, by = p->y[2] - y0;
     // Numerators and denominator have the same sign, for either winding.
-    const float area = uv_determinant(ax, ay, bx, by);
-    float u = min(max(uv_determinant(px, py, bx, by) / area, 0.0f), 1.0f);
-    float v = min(max(uv_determinant(ax, ay, px, py) / area, 0.0f), 1.0f - u);
+    const float area = uv_compute_determinant(ax, ay, bx, by);
+    float u = min(max(uv_compute_determinant(px, py, bx, by) / area, 0.0f), 1.0f);
+    float v = min(max(uv_compute_determinant(ax, ay, px, py) / area, 0.0f), 1.0f - u);
 #if !KILN_UV_CLIPPED
     (void)clips;
 #else
@@ -331,9 +331,9 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params, global const uint* r
       convert_float8((((params.row_begin + y) << (int8)(int)params.shift) + half_sample) - y0);
   const float8 ax = convert_float8(as_int8(head.y) - x0), ay = convert_float8(as_int8(tail.x) - y0);
   const float8 bx = convert_float8(as_int8(head.z) - x0), by = convert_float8(as_int8(tail.y) - y0);
-  const float8 area = uv_determinant8(ax, ay, bx, by);
-  const float8 found_u = min(max(uv_determinant8(px, py, bx, by) / area, 0.0f), 1.0f);
-  const float8 found_v = min(max(uv_determinant8(ax, ay, px, py) / area, 0.0f), 1.0f - found_u);
+  const float8 area = uv_compute_determinant8(ax, ay, bx, by);
+  const float8 found_u = min(max(uv_compute_determinant8(px, py, bx, by) / area, 0.0f), 1.0f);
+  const float8 found_v = min(max(uv_compute_determinant8(ax, ay, px, py) / area, 0.0f), 1.0f - found_u);
   const uint8 triangle = select((uint8)(KILN_NO_TRIANGLE), tail.z, as_uint8(found));
   const float8 u = select((float8)(0.0f), found_u, found);
   const float8 v = select((float8)(0.0f), found_v, found);
@@ -365,14 +365,14 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params, global const uint* r
   }
 }
 
-/// The distance from each sample to its point; negative if the point lies behind it, against its
+/// Computes the distance from each sample to its point; negative if the point lies behind it, against its
 /// direction.
-kernel void kiln_uv_distance(const kiln_uv_params params, global const float* restrict points,
-                             global const uint* restrict triangles,
-                             global const float* restrict positions,
-                             global const uint* restrict hit_triangle,
-                             global const float* restrict hit_barycentric,
-                             global float* restrict hit_distance) {
+kernel void kiln_uv_measure_distances(const kiln_uv_params params, global const float* restrict points,
+                                      global const uint* restrict triangles,
+                                      global const float* restrict positions,
+                                      global const uint* restrict hit_triangle,
+                                      global const float* restrict hit_barycentric,
+                                      global float* restrict hit_distance) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;

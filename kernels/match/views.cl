@@ -34,14 +34,14 @@ typedef struct {
   float3 right, up;
 } views_line;
 
-static inline views_line views_line_of_view(global const kiln_view* view) {
+static inline views_line views_make_line_of_view(global const kiln_view* view) {
   const views_line line = {vload3(0, view->right), vload3(0, view->up)};
   return line;
 }
 
 /// Two directions perpendicular to a unit vector (Duff et al. 2017, "Building an orthonormal basis,
 /// revisited").
-static inline views_line views_line_of_direction(float3 d) {
+static inline views_line views_make_line_of_direction(float3 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float side = d.z < 0.0f ? -1.0f : 1.0f;
   const float p = -1.0f / (side + d.z);
@@ -134,10 +134,10 @@ static inline bool views_find_best(global const kiln_view* view, const views_lin
     const float near = dot3(toward, point.offset);
     // The smaller distance from the line wins, then the smaller distance to the viewer, then the lower
     // triangle.
-    const bool better = !found || point.line_distance_squared < best->line_distance_squared ||
+    const bool is_better = !found || point.line_distance_squared < best->line_distance_squared ||
                         (point.line_distance_squared == best->line_distance_squared &&
                          (near > best_near || (near == best_near && triangle < best->triangle)));
-    if (better) {
+    if (is_better) {
       *best = point;
       best_near = near;
       found = true;
@@ -159,7 +159,7 @@ static inline bool views_refine(global const kiln_view* view, const views_sample
                                 global const uint* restrict triangles,
                                 global const float* restrict positions, views_point* point) {
 #pragma OPENCL FP_CONTRACT OFF
-  const views_line line = views_line_of_direction(sample->direction);
+  const views_line line = views_make_line_of_direction(sample->direction);
   float min_distance_squared = 1.0f / (view->scale * view->scale);
   bool found = false;
   for (int round = 0; round < 5; ++round) {
@@ -191,10 +191,10 @@ static inline bool views_project_sample(global const kiln_view* view, const view
   return views_project_point(view, sample->position, x, y);
 }
 
-/// Depth of a sample minus the depth of its pixel; infinite for an empty pixel.
-static inline float views_depth_difference(global const kiln_view* view, const views_sample* sample,
-                                           float x, float y, global const ulong* restrict keys,
-                                           global const uchar* restrict drawn) {
+/// Computes the depth of a sample minus the depth of its pixel; infinite for an empty pixel.
+static inline float views_compute_depth_difference(global const kiln_view* view, const views_sample* sample,
+                                                   float x, float y, global const ulong* restrict keys,
+                                                   global const uchar* restrict drawn) {
 #pragma OPENCL FP_CONTRACT OFF
   const ulong key = keys_at(keys, drawn, keys_index(view->first, view->width, (uint)x, (uint)y));
   if (key == KILN_RASTER_EMPTY) return INFINITY;
@@ -232,14 +232,14 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
       if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best_score)) continue;
       float x, y;
       if (!views_project_sample(view, &sample, cosine, &params, &x, &y)) continue;
-      const float signed_difference = views_depth_difference(view, &sample, x, y, keys, drawn);
+      const float signed_difference = views_compute_depth_difference(view, &sample, x, y, keys, drawn);
       const float difference = fabs(signed_difference);
       if (!(difference <= params.max_distance)) continue;
       float along = cosine * signed_difference;
       float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
       if (params.criterion == KILN_VIEWS_DISTANCE) {
         views_point line_point;
-        const views_line line = views_line_of_view(view);
+        const views_line line = views_make_line_of_view(view);
         if (!views_find_best(view, &line, &sample, x, y, params.max_distance, keys, drawn, triangles,
                              positions, &line_point)) {
           continue;
@@ -262,7 +262,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
                               drawn, triangles, positions, &point);
     found |= params.criterion == KILN_VIEWS_DISTANCE;
     if (!found) {
-      const views_line line = views_line_of_view(views + chosen_view);
+      const views_line line = views_make_line_of_view(views + chosen_view);
       found = views_find_best(views + chosen_view, &line, &sample, chosen_x, chosen_y, params.max_distance,
                               keys, drawn, triangles, positions, &point);
     }
@@ -295,7 +295,7 @@ kernel void kiln_views_probe(const kiln_views_params params, global const kiln_v
     float x, y;
     const bool seen =
         views_project_sample(view, &sample, cosine, &params, &x, &y) &&
-        fabs(views_depth_difference(view, &sample, x, y, keys, drawn)) <= params.max_distance;
+        fabs(views_compute_depth_difference(view, &sample, x, y, keys, drawn)) <= params.max_distance;
     quality[(size_t)k * params.count + i] = seen ? cosine : 0.0f;
   }
 }

@@ -6,22 +6,22 @@
 // see it are summed. A direction is weighted by its cosine to the face, as counting pixels does.
 //
 // kernel                              global         local  memory traffic an item
-// kiln_visibility_depths              pixels         64     reads 8 B, writes 4 B
+// kiln_visibility_unpack_depths       pixels         64     reads 8 B, writes 4 B
 // kiln_visibility_prepare             samples        64     reads 16 B + 12 B (gathered), writes 24 B
-// kiln_visibility_texels              samples / 64   64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
+// kiln_visibility_add_to_samples      samples / 64   64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
 //                                                           writes 16 B
 // kiln_visibility_set_ray_directions  samples        64     reads 12 B, writes 12 B
-// kiln_visibility_add                 samples        64     reads 29 B, writes 16 B
-// kiln_visibility_corners             triangles      64     8 B a pixel of its box in each view; writes 48 B
+// kiln_visibility_add_view            samples        64     reads 29 B, writes 16 B
+// kiln_visibility_add_to_corners      triangles      64     8 B a pixel of its box in each view; writes 48 B
 // kiln_visibility_scatter             samples        64     reads 24 B, writes 20 B
 // kiln_visibility_smooth              pixels         64     reads 144 B (mostly shared), writes 16 B
 // kiln_visibility_smooth_seams        border pixels  64     reads 36 B + 144 B (gathered), writes 16 B
 // kiln_visibility_write_directions    texels         64     a sample: reads 36 B + field, writes 28 B
 // kiln_visibility_write_means         texels         64     a sample: reads 16 B + field, writes 12 B
 //
-// Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels handles one sample per item: for GPUs
-//          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also store the set of directions that
-//                                see a sample, 32 bits per plane of the last argument
+// Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_add_to_samples handles one sample per item: for GPUs
+//          KILN_VISIBILITY_SEEN  kiln_visibility_add_to_samples and _add_view also store the set of directions
+//                                that see a sample, 32 bits per plane of the last argument
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
 // Strengths: a sample costs a projection and one pixel read per view. Limits: occluders narrower than a
@@ -33,12 +33,12 @@
 #include "shared/common.h"
 #include "shared/visibility.h"
 
-/// Depths of a batch of views, row by row.
-kernel void kiln_visibility_depths(const kiln_visibility_params params,
-                                   global const kiln_view* restrict views,
-                                   global const ulong* restrict keys,
-                                   global const uchar* restrict drawn,
-                                   global float* restrict depths) {
+/// Converts the keys of a batch of views to depths, row by row.
+kernel void kiln_visibility_unpack_depths(const kiln_visibility_params params,
+                                          global const kiln_view* restrict views,
+                                          global const ulong* restrict keys,
+                                          global const uchar* restrict drawn,
+                                          global float* restrict depths) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const uint size = params.view_size;
@@ -74,15 +74,15 @@ kernel void kiln_visibility_prepare(const kiln_visibility_params params,
 /// \param prepared  6 planes: position, unit normal of the face
 /// \param weights   weight of each view
 /// \param sums      4 planes: sum of directions x y z, sum of weights
-kernel void kiln_visibility_texels(const kiln_visibility_params params,
-                                   global const kiln_view* restrict views,
-                                   global const float* restrict weights,
-                                   global const float* restrict depths,
-                                   global const float* restrict prepared,
-                                   global float* restrict sums
+kernel void kiln_visibility_add_to_samples(const kiln_visibility_params params,
+                                           global const kiln_view* restrict views,
+                                           global const float* restrict weights,
+                                           global const float* restrict depths,
+                                           global const float* restrict prepared,
+                                           global float* restrict sums
 #ifdef KILN_VISIBILITY_SEEN
-                                   ,
-                                   global int* restrict seen_bits
+                                           ,
+                                           global int* restrict seen_bits
 #endif
 ) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -125,9 +125,9 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
       const vfloat offset_y = (visibility_to_float(row) + 0.5f) - y;
       const vfloat slope_x = (nx * rx + ny * ry) + nz * rz;
       const vfloat slope_y = (nx * ux + ny * uy) + nz * uz;
-      const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
+      const vfloat picture_depth = visibility_gather(picture, row * (last + 1) + column);
       const vint seen = facing & (slope_x * offset_x - slope_y * offset_y <=
-                                  ((shown + params.bias) - depth) * (cosine * view->scale));
+                                  ((picture_depth + params.bias) - depth) * (cosine * view->scale));
       if (!visibility_any(seen)) continue;
 #ifdef KILN_VISIBILITY_SEEN
       const uint direction = params.first_direction + k;
@@ -165,13 +165,13 @@ kernel void kiln_visibility_set_ray_directions(const kiln_visibility_params para
 }
 
 /// Adds a view's direction to the samples whose rays towards it have no hit.
-kernel void kiln_visibility_add(const kiln_visibility_params params,
-                                global const kiln_view* restrict views, const uint view,
-                                const float weight, global const float* restrict prepared,
-                                global const uchar* restrict hidden, global float* restrict sums
+kernel void kiln_visibility_add_view(const kiln_visibility_params params,
+                                     global const kiln_view* restrict views, const uint view,
+                                     const float weight, global const float* restrict prepared,
+                                     global const uchar* restrict hidden, global float* restrict sums
 #ifdef KILN_VISIBILITY_SEEN
-                                ,
-                                global int* restrict seen_bits
+                                     ,
+                                     global int* restrict seen_bits
 #endif
 ) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -197,7 +197,7 @@ kernel void kiln_visibility_add(const kiln_visibility_params params,
 /// Adds the directions of a batch of views to the corners of each triangle: each visible pixel of
 /// the triangle adds the view's direction to the three corners, by the pixel's barycentric weights.
 /// \param corners  [triangle][corner][sum of directions x y z, sum of weights]
-kernel void kiln_visibility_corners(
+kernel void kiln_visibility_add_to_corners(
     const kiln_visibility_params params, global const kiln_view* restrict views,
     global const float* restrict weights, global const ulong* restrict keys,
     global const uchar* restrict drawn, global const uint* restrict triangles,
@@ -286,9 +286,9 @@ kernel void kiln_visibility_smooth(const uint count, const uint width,
   const size_t row_below = i + width;
   const float4 near4 =
       (vload4(row_above, from) + vload4(row_below, from)) + (vload4(i - 1, from) + vload4(i + 1, from));
-  const float4 far = (vload4(row_above - 1, from) + vload4(row_above + 1, from)) +
+  const float4 diagonal_sum = (vload4(row_above - 1, from) + vload4(row_above + 1, from)) +
                      (vload4(row_below - 1, from) + vload4(row_below + 1, from));
-  vstore4((vload4(i, from) * 4.0f + near4 * 2.0f + far) * 0.0625f, i, to);
+  vstore4((vload4(i, from) * 4.0f + near4 * 2.0f + diagonal_sum) * 0.0625f, i, to);
 }
 
 /// The same smoothing pass for texels with neighbours across a seam.
@@ -332,22 +332,22 @@ kernel void kiln_visibility_write_directions(
   const uint index = texel_index[texel];
   const uint end = texel_first[texel + 1];
   for (uint i = texel_first[texel]; i < end; ++i) {
-    const uint own = triangle[i];
-    const float3 mean = visibility_mean(&params, index, i, own, sample_slot, barycentric, field,
-                                        field_triangle, chart, border, links);
-    const float3 given =
+    const uint own_triangle = triangle[i];
+    const float3 mean = visibility_compute_mean(&params, index, i, own_triangle, sample_slot, barycentric, field,
+                                                field_triangle, chart, border, links);
+    const float3 own_direction =
         (float3)(points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]);
-    float3 direction = given;
+    float3 direction = own_direction;
     const float mean_length = sqrt(dot3(mean, mean));
     if (mean_length > 1e-4f) {
       direction = mean / mean_length;
       if (params.hybrid != 0) {
         const float deviation = sqrt(max(0.0f, 1.0f - mean_length * mean_length));
-        direction = direction * (1.0f - deviation) + given * deviation;
+        direction = direction * (1.0f - deviation) + own_direction * deviation;
       }
-      const float3 normal = vload3(own, normals);
+      const float3 normal = vload3(own_triangle, normals);
       const float size = sqrt(dot3(direction, direction));
-      direction = size > 1e-4f ? direction / size : given;
+      direction = size > 1e-4f ? direction / size : own_direction;
       const float rise = dot3(direction, normal);
       if (rise < KILN_VISIBILITY_LEAST_RISE) {
         direction = direction + normal * (KILN_VISIBILITY_LEAST_RISE - rise);
@@ -381,8 +381,8 @@ kernel void kiln_visibility_write_means(
   const uint index = texel_index[texel];
   const uint end = texel_first[texel + 1];
   for (uint i = texel_first[texel]; i < end; ++i) {
-    const float3 mean = visibility_mean(&params, index, i, triangle[i], sample_slot, barycentric,
-                                        field, field_triangle, chart, border, links);
+    const float3 mean = visibility_compute_mean(&params, index, i, triangle[i], sample_slot, barycentric,
+                                                field, field_triangle, chart, border, links);
     seen[i] = mean.x;
     seen[i + out] = mean.y;
     seen[i + 2 * out] = mean.z;

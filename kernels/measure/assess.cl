@@ -16,7 +16,7 @@
 #include "lib/vector3.clh"
 #include "shared/assess.h"
 
-static inline float3 assess_vector(global const float* planes, size_t i, size_t plane) {
+static inline float3 assess_load_vector(global const float* planes, size_t i, size_t plane) {
   return (float3)(planes[i], planes[i + plane], planes[i + 2 * plane]);
 }
 
@@ -39,7 +39,7 @@ kernel void kiln_assess_set_ray_directions(const kiln_assess_params params,
   if (i >= params.count) return;
   const size_t plane = params.capacity;
   const float3 toward = vload3(0, params.direction);
-  const bool faces_viewer = dot3(assess_vector(normals, i, plane), toward) > 0.0f;
+  const bool faces_viewer = dot3(assess_load_vector(normals, i, plane), toward) > 0.0f;
   points[i + 3 * plane] = faces_viewer ? toward.x : 0.0f;
   points[i + 4 * plane] = faces_viewer ? toward.y : 0.0f;
   points[i + 5 * plane] = faces_viewer ? toward.z : 0.0f;
@@ -59,13 +59,13 @@ kernel void kiln_assess_gather(const kiln_assess_params params,
   if (i >= params.count) return;
   const size_t plane = params.capacity;
   const float3 toward = vload3(0, params.direction);
-  const float cosine = dot3(assess_vector(normals, i, plane), toward);
+  const float cosine = dot3(assess_load_vector(normals, i, plane), toward);
   if (!(cosine > 0.0f)) return;
   if (hidden[i] != 0) {
     for (int k = 3; k < 6; ++k) points[i + k * plane] = 0.0f;
     return;
   }
-  const float3 offset = assess_vector(offsets, i, plane);
+  const float3 offset = assess_load_vector(offsets, i, plane);
   const float3 distance_to_ray = offset - toward * dot3(offset, toward);
   assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(distance_to_ray, distance_to_ray)));
 }
@@ -85,10 +85,10 @@ kernel void kiln_assess_compare(
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const size_t plane = params.capacity;
-  const float3 toward = assess_vector(points + 3 * plane, i, plane);
+  const float3 toward = assess_load_vector(points + 3 * plane, i, plane);
   if (triangle[i] == KILN_NO_TRIANGLE || !(dot3(toward, toward) > 0.0f)) return;
   if (!(dot3(vload3(triangle[i], dense_normals), toward) > 0.0f)) return;
-  const float cosine = dot3(assess_vector(normals, i, plane), toward);
-  const float3 distance_to_hit = assess_vector(offsets, i, plane) - toward * distance[i];
+  const float cosine = dot3(assess_load_vector(normals, i, plane), toward);
+  const float3 distance_to_hit = assess_load_vector(offsets, i, plane) - toward * distance[i];
   assess_add(sums + KILN_ASSESS_MET * plane, i, plane, cosine, sqrt(dot3(distance_to_hit, distance_to_hit)));
 }

@@ -9,14 +9,14 @@
 // sequence (Roberts 2018). Light reflected between near surfaces follows Jimenez et al. 2016,
 // "Practical Realtime Strategies for Accurate Indirect Occlusion", section 5.
 //
-// kernel                     global    local  memory traffic an item
-// kiln_render_camera         samples   64     writes 28 B
-// kiln_render_keys           pixels    64     reads 8 B + a triangle's corners (gathered), writes 12 B
-// kiln_render_surface        samples   64     reads 36 B + a triangle's corners (gathered), writes 36 B
-// kiln_render_map            samples   64     reads 24 B + 152 B + 4 texels (gathered), writes 12 B
-// kiln_render_ambient_rays   samples   64     reads 40 B, writes 28 B
-// kiln_render_ambient_add    samples   64     reads 2 B, writes 1 B
-// kiln_render_shade          pixels    64     reads 17 B a sample, writes 12 B
+// kernel                          global    local  memory traffic an item
+// kiln_render_write_camera_rays   samples   64     writes 28 B
+// kiln_render_convert_keys        pixels    64     reads 8 B + a triangle's corners (gathered), writes 12 B
+// kiln_render_compute_surface     samples   64     reads 36 B + a triangle's corners (gathered), writes 36 B
+// kiln_render_apply_map           samples   64     reads 24 B + 152 B + 4 texels (gathered), writes 12 B
+// kiln_render_write_ambient_rays  samples   64     reads 40 B, writes 28 B
+// kiln_render_count_open          samples   64     reads 2 B, writes 1 B
+// kiln_render_shade               pixels    64     reads 17 B a sample, writes 12 B
 //
 // Strengths: the same bytes on every device (no pow, no sin: only + - * / and square roots). Limits: one
 // hard-wired material; no shadows except ambient occlusion.
@@ -49,8 +49,9 @@ static void render_store(float3 value, global float* planes, size_t index, size_
   planes[index + 2 * capacity] = value.z;
 }
 
-/// Column and row in the picture of a pixel of this launch's tiles. They may lie outside the picture in the last tiles.
-static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
+/// Finds the column and row in the picture of a pixel of this launch's tiles. They may lie outside the picture in the
+/// last tiles.
+static uint2 render_locate_pixel(const kiln_render_params* params, uint pixel) {
   const uint tile = params->first_tile + pixel / TILE_PIXELS;
   const uint pixel_in_tile = pixel % TILE_PIXELS;
   return (uint2)(tile % params->tile_columns * KILN_RENDER_TILE + pixel_in_tile % KILN_RENDER_TILE,
@@ -59,12 +60,12 @@ static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
 
 /// Writes the camera rays of this launch's samples, which start outside the mesh's bounding sphere (radius 1/2 around
 /// the origin).
-kernel void kiln_render_camera(const kiln_render_params params, global float* restrict points) {
+kernel void kiln_render_write_camera_rays(const kiln_render_params params, global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
   const uint per_pixel = params.samples * params.samples;
-  const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
+  const uint2 pixel = render_locate_pixel(&params, (uint)i / per_pixel);
   const uint sub = (uint)i % per_pixel;
   const float n = (float)params.samples;
   const float x = (float)pixel.x + ((float)(sub % params.samples) + 0.5f) / n;
@@ -82,18 +83,18 @@ kernel void kiln_render_camera(const kiln_render_params params, global float* re
 /// Converts the depth picture at the centres of the part's pixels to the form of ray hits: one sample
 /// per pixel.
 /// \param keys  keys of one view with the picture's pixels
-kernel void kiln_render_keys(const kiln_render_params params,
-                             global const ulong* restrict keys,
-                             global const uchar* restrict drawn,
-                             global const uint* restrict position_indices,
-                             global const float* restrict positions,
-                             global uint* restrict hit_triangle,
-                             global float* restrict hit_barycentric) {
+kernel void kiln_render_convert_keys(const kiln_render_params params,
+                                     global const ulong* restrict keys,
+                                     global const uchar* restrict drawn,
+                                     global const uint* restrict position_indices,
+                                     global const float* restrict positions,
+                                     global uint* restrict hit_triangle,
+                                     global float* restrict hit_barycentric) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.pixel_count) return;
   const size_t capacity = params.capacity;
-  const uint2 pixel = render_pixel(&params, (uint)i);
+  const uint2 pixel = render_locate_pixel(&params, (uint)i);
   hit_triangle[i] = KILN_NO_TRIANGLE;
   if (pixel.x >= params.width || pixel.y >= params.height) return;
   const ulong key = keys_at(keys, drawn, keys_index(0u, params.width, pixel.x, pixel.y));
@@ -129,14 +130,14 @@ kernel void kiln_render_keys(const kiln_render_params params,
 }
 
 /// Computes the surface at each ray's hit: position, face normal, shading normal.
-kernel void kiln_render_surface(const kiln_render_params params,
-                                global const uint* restrict hit_triangle,
-                                global const float* restrict hit_barycentric,
-                                global const uint* restrict position_indices,
-                                global const float* restrict positions,
-                                global const uint* restrict normal_indices,
-                                global const float* restrict normals,
-                                global float* restrict surface) {
+kernel void kiln_render_compute_surface(const kiln_render_params params,
+                                        global const uint* restrict hit_triangle,
+                                        global const float* restrict hit_barycentric,
+                                        global const uint* restrict position_indices,
+                                        global const float* restrict positions,
+                                        global const uint* restrict normal_indices,
+                                        global const float* restrict normals,
+                                        global float* restrict surface) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
@@ -165,19 +166,19 @@ kernel void kiln_render_surface(const kiln_render_params params,
   render_store(normal * side, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
 }
 
-/// Three channels of a texel, [0, KILN_RENDER_MAP_ONE].
-static float3 render_texel(global const ushort* map, int x, int y, int width) {
+/// Loads three channels of a texel, in [0, KILN_RENDER_MAP_ONE].
+static float3 render_load_texel(global const ushort* map, int x, int y, int width) {
   return convert_float3(vload3((size_t)y * (size_t)width + (size_t)x, map));
 }
 
 /// Replaces the shading normal by the map's normal, or by its colour for colour maps.
-kernel void kiln_render_map(const kiln_render_map_params params,
-                            global const uint* restrict hit_triangle,
-                            global const float* restrict hit_barycentric,
-                            global const kiln_low_shading* restrict shading,
-                            global const float* restrict uvs,
-                            global const ushort* restrict map,
-                            global float* restrict surface) {
+kernel void kiln_render_apply_map(const kiln_render_map_params params,
+                                  global const uint* restrict hit_triangle,
+                                  global const float* restrict hit_barycentric,
+                                  global const kiln_low_shading* restrict shading,
+                                  global const float* restrict uvs,
+                                  global const ushort* restrict map,
+                                  global float* restrict surface) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
@@ -207,10 +208,10 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   const float fx = x - x_floor;
   const float fy = y - y_floor;
   const int width = (int)params.width;
-  const float3 upper_row = render_texel(map, x0, y0, width) * (1.0f - fx) +
-                       render_texel(map, x1, y0, width) * fx;
-  const float3 lower_row = render_texel(map, x0, y1, width) * (1.0f - fx) +
-                       render_texel(map, x1, y1, width) * fx;
+  const float3 upper_row = render_load_texel(map, x0, y0, width) * (1.0f - fx) +
+                       render_load_texel(map, x1, y0, width) * fx;
+  const float3 lower_row = render_load_texel(map, x0, y1, width) * (1.0f - fx) +
+                       render_load_texel(map, x1, y1, width) * fx;
   const float3 texel = upper_row * (1.0f - fy) + lower_row * fy;
   if (params.space == KILN_RENDER_COLORS) {
     const float3 color = texel * (1.0f / KILN_RENDER_MAP_ONE);
@@ -245,14 +246,14 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   render_store(normal, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
 }
 
-/// Rays of one pass of ambient occlusion: for sample s of its pixel, direction s + pass * N * N.
+/// Writes the rays of one pass of ambient occlusion: sample s of a pixel gets direction s + pass * N * N.
 /// \param disc  points of the unit disc, two floats each
-kernel void kiln_render_ambient_rays(const kiln_render_params params,
-                                     const uint pass,
-                                     global const uint* restrict hit_triangle,
-                                     global const float* restrict surface,
-                                     global const float* restrict disc,
-                                     global float* restrict points) {
+kernel void kiln_render_write_ambient_rays(const kiln_render_params params,
+                                           const uint pass,
+                                           global const uint* restrict hit_triangle,
+                                           global const float* restrict surface,
+                                           global const float* restrict disc,
+                                           global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
@@ -266,7 +267,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     position += face * 2e-5f;
 
     const uint per_pixel = params.samples * params.samples;
-    const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
+    const uint2 pixel = render_locate_pixel(&params, (uint)i / per_pixel);
     const float2 point = vload2((uint)i % per_pixel + pass * per_pixel, disc);
     // Rotates by the pixel's angle: first by multiples of 90 degrees, then by the rest, whose sine and cosine are
     // computed from the tangent of its half.
@@ -299,11 +300,11 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
   points[i + 6 * capacity] = 0.0f;
 }
 
-/// Counts the rays without a hit.
-kernel void kiln_render_ambient_add(const kiln_render_params params,
-                                    const uint pass,
-                                    global const uchar* restrict hit,
-                                    global uchar* restrict open) {
+/// Adds each sample's number of ambient rays without a hit in this pass.
+kernel void kiln_render_count_open(const kiln_render_params params,
+                                   const uint pass,
+                                   global const uchar* restrict hit,
+                                   global uchar* restrict open) {
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
   const uint previous = pass == 0u ? 0u : (uint)open[i];
@@ -361,7 +362,7 @@ kernel void kiln_render_shade(const kiln_render_params params,
   } else if (params.show_normals != 0u) {
     color = hits == 0u ? (float3)(0.0f) : render_normalize(sum, toward) * 0.5f + 0.5f;
   } else {
-    const uint2 pixel = render_pixel(&params, (uint)i);
+    const uint2 pixel = render_locate_pixel(&params, (uint)i);
     const float x = ((float)pixel.x + 0.5f) / (float)params.width - 0.5f;
     const float y = ((float)pixel.y + 0.5f) / (float)params.height - 0.45f;
     const float from_centre = min(1.0f, x * x + y * y);

@@ -27,7 +27,7 @@
 /// Number of boxes that are tested at a time.
 #define KILN_RASTER_BOXES 16
 
-/// Number of bands of rows that kiln_raster_large distributes.
+/// Number of bands of rows that kiln_raster_draw_large distributes.
 #define KILN_RASTER_BANDS 64
 
 /// The key of an empty pixel: all bits set. A pixel's key holds the depth in its upper 32 bits,

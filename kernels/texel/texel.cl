@@ -9,11 +9,11 @@
 // ascending order; one work-item processes a block's list, so the lowest triangle wins without atomics.
 // The host converts the counts to offsets, and the second kernel compacts the samples.
 //
-// | kernel            | one work-item | traffic                                                     |
-// | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
-// | kiln_texel_fill   | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
-// | kiln_texel_gather, kiln_texel_gather_bytes | sample | 4 B, and 8 B or 2 B a plane                      |
-// | kiln_texel_scatter_results | sample      | 8 B; 34 B more if a point was found                           |
+// | kernel                     | one work-item | traffic                                                     |
+// | kiln_texel_cover           | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
+// | kiln_texel_fill            | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
+// | kiln_texel_gather,          kiln_texel_gather_bytes | sample | 4 B, and 8 B or 2 B a plane                      |
+// | kiln_texel_scatter_results _results | sample      | 8 B; 34 B more if a point was found                           |
 //
 // Local size 64; any other works. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
 // up to 2^18 a side, |E| < 2^61. Floating point: +, -, *, fma, / and sqrt, correctly rounded.
@@ -107,7 +107,7 @@ kernel void kiln_texel_cover(const kiln_texel_params params,
 
 /// Barycentric weight of a corner: its edge function divided by the doubled area. Errors: the
 /// last bits of a 31-bit fraction, and one rounding each of conversion, reciprocal and product.
-static inline float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
+static inline float8 texel_compute_weight(const long a, const long b, const long c, const int8 x, const int8 y,
                     const uint shift, const uint drop, const float reciprocal) {
 #pragma OPENCL FP_CONTRACT OFF
   const long8 e = ((convert_long8(x) * a + convert_long8(y) * b) << (long8)((long)shift)) + c;
@@ -121,14 +121,14 @@ static inline float8 texel_blend(const float v0, const float v1, const float v2,
   return fma(w2, (float8)(v2), fma(w1, (float8)(v1), w0 * v0));
 }
 
-/// Number of lanes that are true.
-static inline int texel_count(const int8 lanes) {
+/// Counts the lanes that are true.
+static inline int texel_count_lanes(const int8 lanes) {
   const int4 pairs = lanes.lo + lanes.hi;
   return -(pairs.x + pairs.y + pairs.z + pairs.w);
 }
 
 /// Unit normal of a triangle, used where interpolated directions cancel out.
-static inline float3 texel_face_normal(global const kiln_texel_corners* corners) {
+static inline float3 texel_compute_face_normal(global const kiln_texel_corners* corners) {
 #pragma OPENCL FP_CONTRACT OFF
   const float3 p = vload3(0, corners->position);
   const float3 e = vload3(1, corners->position) - p;
@@ -180,7 +180,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
   for (uint g = 0u; g < params.group_count; ++g) {
     uint8 id = vload8(g, block_ids) & KILN_TEXEL_EMPTY;
     const int8 covered = id != KILN_TEXEL_EMPTY;
-    const int count = texel_count(covered);
+    const int count = texel_count_lanes(covered);
     if (count == 0) continue;
     const int8 x = vload8(g, slots + TEXEL_PLANE_X * pitch) + block.x;
     const int8 y = vload8(g, slots + TEXEL_PLANE_Y * pitch) + block.y;
@@ -198,12 +198,12 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
       if (piece == KILN_TEXEL_EMPTY) continue;
       global const kiln_texel_piece* p = pieces + piece;
       global const kiln_texel_corners* c = corners + piece;
-      float8 w1 = texel_weight(p->a[1], p->b[1], p->c[1], x, y, params.shift, p->drop, c->reciprocal);
-      float8 w2 = texel_weight(p->a[2], p->b[2], p->c[2], x, y, params.shift, p->drop, c->reciprocal);
+      float8 w1 = texel_compute_weight(p->a[1], p->b[1], p->c[1], x, y, params.shift, p->drop, c->reciprocal);
+      float8 w2 = texel_compute_weight(p->a[2], p->b[2], p->c[2], x, y, params.shift, p->drop, c->reciprocal);
       w2 = min(w2, 1.0f - w1);
       const float8 w0 = 1.0f - w1 - w2;
       const int8 lane_mask = id == piece;
-      remaining -= texel_count(lane_mask);
+      remaining -= texel_count_lanes(lane_mask);
       owner = select(owner, (uint8)(p->triangle), as_uint8(lane_mask));
       const float8 u_whole = min(
           max(texel_blend(c->weight1[0], c->weight1[1], c->weight1[2], w0, w1, w2), 0.0f), 1.0f);
@@ -240,7 +240,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
       vstore8(needs_normal, 0, is_lost);
       for (uint lane = 0u; lane < 8u; ++lane) {
         if (is_lost[lane] == 0) continue;
-        const float3 normal = texel_face_normal(corners + piece_of[lane]);
+        const float3 normal = texel_compute_face_normal(corners + piece_of[lane]);
         fallback[lane] = normal.x;
         fallback[8u + lane] = normal.y;
         fallback[16u + lane] = normal.z;

@@ -11,12 +11,12 @@
 // the cell.
 // Eigenvectors come from four cyclic Jacobi sweeps (Golub and Van Loan, section 8.5).
 //
-// | kernel                | items            | local | traffic an item                               |
-// | --------------------- | ---------------- | ----- | --------------------------------------------- |
-// | kiln_volume_signs     | words of a slab  | 64    | 64 voxels read, 8 B written                   |
-// | kiln_volume_crossings | crossed edges    | 64    | 8 B and 12 to 32 voxels (gathered) read, 16 B written |
-// | kiln_volume_vertices  | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
-// |                       |                  |       | (gathered) read, 80 B written)                |
+// | kernel                     | items            | local | traffic an item                               |
+// |      --------------------- | ---------------- | ----- | --------------------------------------------- |
+// | kiln_volume_write_signs    | words of a slab  | 64    | 64 voxels read, 8 B written                   |
+// | kiln_volume_find_crossings | crossed edges    | 64    | 8 B and 12 to 32 voxels (gathered) read, 16 B written |
+// | kiln_volume_place_vertices | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
+// |                            |                  |       | (gathered) read, 80 B written)                |
 //
 // Defines: KILN_VOXEL=uchar, char, ushort, short or float (default): the voxels' type. Other types are converted to
 // floats.
@@ -26,8 +26,8 @@
 #include "shared/volume.h"
 #include "volume/gradient.clh"
 
-/// Index of a padded row's first word.
-static size_t volume_row(const kiln_volume_grid* grid, uint y, uint z) {
+/// Finds the index of a padded row's first word.
+static size_t volume_find_row(const kiln_volume_grid* grid, uint y, uint z) {
   return ((size_t)z * (grid->size[1] + 2u) + y) * grid->words;
 }
 
@@ -39,8 +39,8 @@ static int volume_is_inside(const kiln_volume_grid* grid, float value) {
 
 /// Sets one bit per voxel of a slab. voxels: the slab. inside: [plane, row, word], padded along x and y, but not
 /// along z, so that its first plane is that of the slab.
-kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
-                              global ulong* restrict inside) {
+kernel void kiln_volume_write_signs(const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
+                                    global ulong* restrict inside) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t item = get_global_id(0);
   if (item >= grid.count) return;
@@ -77,7 +77,7 @@ kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOX
 ///
 /// The hint prevents vectorisation across items: Intel's compiler (2026.22) would combine 4 to 16 of them
 /// with wrong masks in volume_gradient's second loop, which gives wrong normals or a crash.
-kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
+kernel __attribute__((vec_type_hint(float4))) void kiln_volume_find_crossings(
     const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
     global const ulong* restrict edges, global kiln_volume_crossing* restrict crossings) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -172,11 +172,11 @@ static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) 
   const float8 residual[3] = {b[0] - ((xx * place[0] + xy * place[1]) + xz * place[2]),
                               b[1] - ((xy * place[0] + yy * place[1]) + yz * place[2]),
                               b[2] - ((xz * place[0] + yz * place[1]) + zz * place[2])};
-  const float8 one = (float8)(1.0f);
-  const float8 zero = (float8)(0.0f);
-  float8 vx[3] = {one, zero, zero};
-  float8 vy[3] = {zero, one, zero};
-  float8 vz[3] = {zero, zero, one};
+  const float8 ones = (float8)(1.0f);
+  const float8 zeros = (float8)(0.0f);
+  float8 vx[3] = {ones, zeros, zeros};
+  float8 vy[3] = {zeros, ones, zeros};
+  float8 vz[3] = {zeros, zeros, ones};
   for (int sweep = 0; sweep < 4; ++sweep) {
     volume_rotate(&xx, &yy, &xy, &xz, &yz, vx, vy);
     volume_rotate(&xx, &zz, &xz, &xy, &yz, vx, vz);
@@ -188,10 +188,10 @@ static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) 
   volume_advance(vz, zz, limit, residual, place);
 }
 
-/// Rank of a crossed edge: its index among all crossed edges.
-static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
-                        uint axis, uint x, uint y, uint z) {
-  global const kiln_volume_word* word = words + volume_row(grid, y, z) + (x >> 6);
+/// Finds the rank of a crossed edge: its index among all crossed edges.
+static uint volume_find_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
+                             uint axis, uint x, uint y, uint z) {
+  global const kiln_volume_word* word = words + volume_find_row(grid, y, z) + (x >> 6);
   const ulong lower_bits = (1ul << (x & 63u)) - 1ul;
   ulong rank = popcount(word->edge[axis] & lower_bits);
   if (axis > 0u) rank += popcount(word->edge[0]);
@@ -201,11 +201,11 @@ static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_w
 
 /// Vertices from their keys (shared/volume.h), eight per item. words and crossings: of the whole
 /// volume.
-kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong* restrict keys,
-                                 global const kiln_volume_word* restrict words,
-                                 global const kiln_volume_crossing* restrict crossings,
-                                 global kiln_volume_qef* restrict qefs,
-                                 global kiln_volume_vertex* restrict vertices) {
+kernel void kiln_volume_place_vertices(const kiln_volume_grid grid, global const ulong* restrict keys,
+                                       global const kiln_volume_word* restrict words,
+                                       global const kiln_volume_crossing* restrict crossings,
+                                       global kiln_volume_qef* restrict qefs,
+                                       global kiln_volume_vertex* restrict vertices) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint first = (uint)get_global_id(0) * 8u;
   if (first >= grid.count) return;
@@ -226,8 +226,8 @@ kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong
     float3 mean = (float3)(0.0f);
     float c = 0.0f;
     float count = 0.0f;
-    for (uint rest = (uint)(key >> 48); rest != 0u; rest &= rest - 1u) {
-      const uint edge = 31u - clz(rest & (0u - rest));
+    for (uint remaining_edges = (uint)(key >> 48); remaining_edges != 0u; remaining_edges &= remaining_edges - 1u) {
+      const uint edge = 31u - clz(remaining_edges & (0u - remaining_edges));
       const uint axis = edge >> 2;
       const uint u = edge & 1u;
       const uint v = edge >> 1 & 1u;
@@ -236,7 +236,7 @@ kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong
       const uint dy = axis == 2u ? v : axis == 0u ? u : 0u;
       const uint dz = axis == 0u ? v : axis == 1u ? u : 0u;
       global const kiln_volume_crossing* crossing =
-          crossings + volume_edge(&grid, words, axis, cell_x + dx, cell_y + dy, cell_z + dz);
+          crossings + volume_find_edge(&grid, words, axis, cell_x + dx, cell_y + dy, cell_z + dz);
       const float t = crossing->t;
       const float3 n = vload3(0, crossing->normal);
       const float3 p = (float3)(axis == 0u ? t : (float)dx, axis == 1u ? t : (float)dy,

@@ -7,13 +7,13 @@
 // coarser texel holds the mean of the known ones among 2 x 2. An unknown texel holds the bilinear
 // interpolation (9, 3, 3, 1)/16 of the coarser level. Texels are float4: a normal, and 1 where known.
 //
-// | kernel                    | items           | local | traffic an item                           |
+// | kernel                 | items           | local | traffic an item                           |
 // | ------------------------- | --------------- | ----- | ----------------------------------------- |
-// | kiln_volume_map_splat     | charts          | 64    | 28 B a fine vertex read (gathered), 16 B a |
+// | kiln_volume_map_splat  | charts          | 64    | 28 B a fine vertex read (gathered), 16 B a |
 // |                           |                 |       | texel written                             |
-// | kiln_volume_map_push      | rows of a level | 64    | 4 x 16 B a texel read, 16 B written       |
-// | kiln_volume_map_pull      | rows of a level | 64    | 4 x 16 B an unknown texel read (cached)   |
-// | kiln_volume_map_encode    | rows            | 64    | 16 B a texel read and written             |
+// | kiln_volume_map_push   | rows of a level | 64    | 4 x 16 B a texel read, 16 B written       |
+// | kiln_volume_map_pull   | rows of a level | 64    | 4 x 16 B an unknown texel read (cached)   |
+// | kiln_volume_map_encode | rows            | 64    | 16 B a texel read and written             |
 //
 // Strengths: charts never mix; no atomics, so sums have a fixed order. Limits: a chart is splatted by
 // one item, so few large charts leave a GPU idle.
@@ -23,12 +23,12 @@
 #include "shared/volume.h"
 
 /// Weights of a triangle's three corners from those of its 2nd and 3rd.
-static float3 map_weights(float second, float third) {
+static float3 map_complete_weights(float second, float third) {
 #pragma OPENCL FP_CONTRACT OFF
   return (float3)(1.0f - second - third, second, third);
 }
 
-static float map_min(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
+static float map_find_min(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
 /// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights in this triangle. A
 /// chart of two triangles is a rectangle, whose diagonal they share. If the point's projection onto the plane of the
@@ -42,10 +42,10 @@ static uint map_project(global const kiln_volume_chart* chart, float3 point, flo
   for (uint k = 0u; k < chart->triangles; ++k) {
     global const float* second = chart->project[k][0];
     global const float* third = chart->project[k][1];
-    const float3 at = map_weights(dot3(vload3(0, second), point) + second[3],
-                                  dot3(vload3(0, third), point) + third[3]);
+    const float3 at = map_complete_weights(dot3(vload3(0, second), point) + second[3],
+                                           dot3(vload3(0, third), point) + third[3]);
     const bool in_own_half = chart->triangles == 1u || (k == 0u ? at.y : at.z) >= 0.0f;
-    if (k == 0u || (in_own_half && !best_in_own_half) || (in_own_half == best_in_own_half && map_min(at) > map_min(*weights))) {
+    if (k == 0u || (in_own_half && !best_in_own_half) || (in_own_half == best_in_own_half && map_find_min(at) > map_find_min(*weights))) {
       *weights = at;
       best = k;
       best_in_own_half = in_own_half;
@@ -130,8 +130,8 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
   }
 }
 
-/// Means of the known texels among 2 x 2 of the finer level. row_charts: the chart of each row of the
-/// level. first_rows: per chart. first_texels: [level][chart].
+/// Averages the known texels among the 2 x 2 of the finer level under each texel. row_charts: the chart of each row of
+/// the level. first_rows: per chart. first_texels: [level][chart].
 kernel void kiln_volume_map_push(const kiln_volume_level params,
                                  global const kiln_volume_chart* restrict charts,
                                  global const uint* restrict row_charts,
@@ -220,10 +220,10 @@ kernel void kiln_volume_map_encode(const kiln_volume_level params,
       float3 weights = (float3)(0.0f);
       uint best = 0u;
       for (uint k = 0u; k < chart->triangles; ++k) {
-        const float3 here = map_weights(dot3(vload3(0, chart->weights[k][0]), at),
-                                        dot3(vload3(0, chart->weights[k][1]), at));
-        if (k == 0u || map_min(here) > map_min(weights)) {
-          weights = here;
+        const float3 candidate = map_complete_weights(dot3(vload3(0, chart->weights[k][0]), at),
+                                                      dot3(vload3(0, chart->weights[k][1]), at));
+        if (k == 0u || map_find_min(candidate) > map_find_min(weights)) {
+          weights = candidate;
           best = k;
         }
       }

@@ -17,15 +17,15 @@
 // A side's texels lie in a row from corner to corner, the diagonal of a single triangle's square included.
 // Bilinear filtering there also reads texels beyond the triangle, which are mirrored at the diagonal.
 //
-// | kernel                    | items           | local | traffic an item                              |
-// | ------------------------- | --------------- | ----- | -------------------------------------------- |
-// | kiln_volume_seam_corners  | 4 x charts      | 64    | 16 B a chart at the corner (gathered)        |
-// | kiln_volume_seam_sides    | 4 x charts      | 64    | 16 B a texel and side read, 16 B written     |
-// | kiln_volume_seam_gather   | rows of level 1 | 64    | sides' texels read, 16 B a texel written     |
-// | kiln_volume_seam_push     | rows of a level | 64    | 4 x 16 B a texel read, 16 B written          |
-// | kiln_volume_seam_pull     | rows of a level | 64    | 4 x 16 B an unknown texel read (cached)      |
-// | kiln_volume_seam_finish   | rows            | 64    | 16 B a texel read and written                |
-// | kiln_volume_seam_mirror   | charts          | 64    | a diagonal's texels; nothing for quads       |
+// | kernel                           | items           | local | traffic an item                              |
+// |        ------------------------- | --------------- | ----- | -------------------------------------------- |
+// | kiln_volume_seam_average_corners | 4 x charts      | 64    | 16 B a chart at the corner (gathered)        |
+// | kiln_volume_seam_average_sides   | 4 x charts      | 64    | 16 B a texel and side read, 16 B written     |
+// | kiln_volume_seam_gather          | rows of level 1 | 64    | sides' texels read, 16 B a texel written     |
+// | kiln_volume_seam_push            | rows of a level | 64    | 4 x 16 B a texel read, 16 B written          |
+// | kiln_volume_seam_pull            | rows of a level | 64    | 4 x 16 B an unknown texel read (cached)      |
+// | kiln_volume_seam_finish          | rows            | 64    | 16 B a texel read and written                |
+// | kiln_volume_seam_mirror          | charts          | 64    | a diagonal's texels; nothing for quads       |
 //
 // Corners and sides are items 4 chart + corner: the side starts at that corner. Coarser levels of the
 // charts' pyramids are reused for differences instead of normals.
@@ -48,7 +48,7 @@ typedef struct seam_side {
   int reversed;  // 1: runs from the vertex with the higher index to the one with the lower index
 } seam_side;
 
-static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
+static seam_side seam_find_side(global const kiln_volume_chart* chart, uint k) {
   const uint next = k + 1u == chart->corners ? 0u : k + 1u;
   seam_side side;
   side.x = (int)chart->texel[k][0];
@@ -62,25 +62,25 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
   return side;
 }
 
-/// Weight by the angle between two normals.
-static float seam_weight(float3 a, float3 b) {
+/// Computes the weight of a side by the angle between its normal and another side's normal.
+static float seam_compute_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp((dot3(a, b) - SEAM_COS_NO_WEIGHT) / (SEAM_COS_FULL_WEIGHT - SEAM_COS_NO_WEIGHT), 0.0f, 1.0f);
 }
 
-/// Share of a level's differences that is added to the finer level: 1 if the level's texels are at most as wide as the
-/// reach, falling to 0 at twice the reach.
-static float seam_fade(float reach, uint level) {
+/// Computes the share of a level's differences that is added to the finer level: 1 if the level's
+/// texels are at most as wide as the reach, falling to 0 at twice the reach.
+static float seam_compute_fade(float reach, uint level) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
 }
 
 /// Returns a side's normal at node j of m, counted from the vertex with the lower index.
-static float3 seam_value(global const kiln_volume_chart* charts, global const float4* texels,
-                         uint member, int j, int m) {
+static float3 seam_interpolate_normal(global const kiln_volume_chart* charts, global const float4* texels,
+                                      uint member, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
   global const kiln_volume_chart* chart = charts + (member >> 2);
-  const seam_side side = seam_get(chart, member & 3u);
+  const seam_side side = seam_find_side(chart, member & 3u);
   const ulong scaled_index = (ulong)(side.reversed != 0 ? m - j : j) * (ulong)side.steps;
   const int first = min((int)(scaled_index / (ulong)m), side.steps - 1);
   const float share = (float)(scaled_index - (ulong)first * (ulong)m) / (float)m;
@@ -92,27 +92,27 @@ static float3 seam_value(global const kiln_volume_chart* charts, global const fl
   return a * (1.0f - share) + b * share;
 }
 
-/// The mean of all sides at a node, weighted by their similarity to the side `self`.
-static float3 seam_mean(global const kiln_volume_chart* charts, global const float4* texels,
-                        global const uint* members, uint begin, uint end, uint self, int j, int m) {
+/// Averages the normals of all sides at a node, weighted by their similarity to the side `self`.
+static float3 seam_average_normals(global const kiln_volume_chart* charts, global const float4* texels,
+                                   global const uint* members, uint begin, uint end, uint self, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float3 own_normal = map_normalize(seam_value(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
+  const float3 own_normal = map_normalize(seam_interpolate_normal(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
   float3 sum = (float3)(0.0f);
   for (uint i = begin; i < end; ++i) {
-    const float3 value = map_normalize(seam_value(charts, texels, members[i], j, m), own_normal);
-    sum += value * seam_weight(own_normal, value);
+    const float3 value = map_normalize(seam_interpolate_normal(charts, texels, members[i], j, m), own_normal);
+    sum += value * seam_compute_weight(own_normal, value);
   }
   return map_normalize(sum, own_normal);
 }
 
 /// Computes the mean of the charts that meet at each corner. agreed: receives the means. begins, members:
 /// corners by vertex of the low poly.
-kernel void kiln_volume_seam_corners(const kiln_volume_level params,
-                                     global const kiln_volume_chart* restrict charts,
-                                     global const uint* restrict begins,
-                                     global const uint* restrict members,
-                                     global const float4* restrict texels,
-                                     global float4* restrict agreed) {
+kernel void kiln_volume_seam_average_corners(const kiln_volume_level params,
+                                             global const kiln_volume_chart* restrict charts,
+                                             global const uint* restrict begins,
+                                             global const uint* restrict members,
+                                             global const float4* restrict texels,
+                                             global float4* restrict agreed) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint item = (uint)get_global_id(0);
   if (item >= 4u * params.charts) return;
@@ -129,7 +129,7 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
     global const float* at = other->texel[members[i] & 3u];
     const float3 value =
         texels[other->first_texel + (uint)at[1] * other->size[0] + (uint)at[0]].xyz;
-    sum += value * seam_weight(own_normal, value);
+    sum += value * seam_compute_weight(own_normal, value);
   }
   agreed[item] = (float4)(map_normalize(sum, own_normal), 1.0f);
 }
@@ -137,7 +137,7 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
 /// Computes the common curve along each side. ring: receives the new values of the texels on
 /// each chart's sides. edges: index of the edge per side, SEAM_NONE if no other chart meets it.
 /// begins, members: sides by edge. agreed: means at the corners.
-kernel void kiln_volume_seam_sides(
+kernel void kiln_volume_seam_average_sides(
     const kiln_volume_level params, global const kiln_volume_chart* restrict charts,
     global const uint* restrict edges, global const uint* restrict begins,
     global const uint* restrict members, global const float4* restrict agreed,
@@ -150,17 +150,17 @@ kernel void kiln_volume_seam_sides(
   global const kiln_volume_chart* chart = charts + (item >> 2);
   const uint k = item & 3u;
   global float4* out = ring + chart->first_ring;
-  for (uint i = 0u; i < k; ++i) out += seam_get(chart, i).steps + 1;
-  const seam_side side = seam_get(chart, k);
+  for (uint i = 0u; i < k; ++i) out += seam_find_side(chart, i).steps + 1;
+  const seam_side side = seam_find_side(chart, k);
   int m = side.steps;
   for (uint i = begin; i < end; ++i) {
-    m = min(m, seam_get(charts + (members[i] >> 2), members[i] & 3u).steps);
+    m = min(m, seam_find_side(charts + (members[i] >> 2), members[i] & 3u).steps);
   }
   const uint next = k + 1u == chart->corners ? 0u : k + 1u;
   const float3 first = agreed[(item & ~3u) + (side.reversed != 0 ? next : k)].xyz;
   const float3 last = agreed[(item & ~3u) + (side.reversed != 0 ? k : next)].xyz;
-  const float3 move_first = first - seam_mean(charts, texels, members, begin, end, item, 0, m);
-  const float3 move_last = last - seam_mean(charts, texels, members, begin, end, item, m, m);
+  const float3 first_correction = first - seam_average_normals(charts, texels, members, begin, end, item, 0, m);
+  const float3 last_correction = last - seam_average_normals(charts, texels, members, begin, end, item, m, m);
   const float reach = min(max(params.reach, 1.0f), (float)m);
   float3 a = first;
   float3 b = first;
@@ -171,11 +171,11 @@ kernel void kiln_volume_seam_sides(
     while (last_node < node) {
       a = b;
       ++last_node;
-      const float3 mean = seam_mean(charts, texels, members, begin, end, item, last_node, m);
+      const float3 mean = seam_average_normals(charts, texels, members, begin, end, item, last_node, m);
       const float from_first = max(1.0f - (float)last_node / reach, 0.0f);
       const float from_last = max(1.0f - (float)(m - last_node) / reach, 0.0f);
       b = last_node == m ? last
-                       : map_normalize(mean + (move_first * from_first + move_last * from_last), mean);
+                       : map_normalize(mean + (first_correction * from_first + last_correction * from_last), mean);
     }
     const float share = (float)(scaled_index - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
     const float3 value = map_normalize(a * (1.0f - share) + b * share, a);
@@ -184,8 +184,8 @@ kernel void kiln_volume_seam_sides(
 }
 
 /// The new value of a texel that lies on a side of its chart; w is 0 for other texels.
-static float4 seam_texel(global const kiln_volume_chart* chart, global const float4* ring, int x,
-                         int y) {
+static float4 seam_read_texel(global const kiln_volume_chart* chart, global const float4* ring, int x,
+                              int y) {
   // Most texels of a quad lie in neither a row nor a column of its corners, so they lie on no side.
   global const float* first = chart->texel[0];
   global const float* across = chart->texel[2];
@@ -195,7 +195,7 @@ static float4 seam_texel(global const kiln_volume_chart* chart, global const flo
   }
   global const float4* at = ring + chart->first_ring;
   for (uint k = 0u; k < chart->corners; ++k) {
-    const seam_side side = seam_get(chart, k);
+    const seam_side side = seam_find_side(chart, k);
     const int i = side.dx != 0 ? (x - side.x) * side.dx : (y - side.y) * side.dy;
     if (i >= 0 && i <= side.steps && x == side.x + i * side.dx && y == side.y + i * side.dy) {
       return at[i];
@@ -229,14 +229,14 @@ kernel void kiln_volume_seam_gather(const kiln_volume_level params,
       const int fx = 2 * x + (k & 1);
       const int fy = 2 * row + (k >> 1);
       if (fx >= fine_width || fy >= (int)chart->size[1]) continue;
-      const float4 value = seam_texel(chart, ring, fx, fy);
+      const float4 value = seam_read_texel(chart, ring, fx, fy);
       if (value.w != 0.0f) sum += (float4)(value.xyz - fine[fy * fine_width + fx].xyz, 1.0f);
     }
     out[x] = sum.w == 0.0f ? sum : sum / sum.w;
   }
 }
 
-/// Means of the known texels among 2 x 2 of the finer level.
+/// Averages the known texels among the 2 x 2 of the finer level under each texel.
 kernel void kiln_volume_seam_push(const kiln_volume_level params,
                                   global const kiln_volume_chart* restrict charts,
                                   global const uint* restrict row_charts,
@@ -281,7 +281,7 @@ kernel void kiln_volume_seam_pull(const kiln_volume_level params,
   const int coarse_height = map_side(charts[chart].size[1], level + 1u);
   global const float4* coarse = map_level(texels, first_texels, params.charts, level + 1u, chart);
   global float4* out = map_level(texels, first_texels, params.charts, level, chart) + row * width;
-  const float share = 0.0625f * seam_fade(params.reach, level + 1u);
+  const float share = 0.0625f * seam_compute_fade(params.reach, level + 1u);
   for (int x = 0; x < width; ++x) {
     if (out[x].w != 0.0f) continue;
     out[x] = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
@@ -307,15 +307,15 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
   const int coarse_height = map_side(chart->size[1], 1u);
   global const float4* coarse = map_level(texels, first_texels, params.charts, 1u, index);
   global float4* out = texels + chart->first_texel + row * width;
-  const float share = 0.0625f * seam_fade(params.reach, 1u);
+  const float share = 0.0625f * seam_compute_fade(params.reach, 1u);
   for (int x = 0; x < width; ++x) {
-    const float4 value = seam_texel(chart, ring, x, row);
+    const float4 value = seam_read_texel(chart, ring, x, row);
     if (value.w != 0.0f) {
       out[x] = value;
       continue;
     }
-    const float4 move = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
-    out[x] = (float4)(map_normalize(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
+    const float4 correction = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
+    out[x] = (float4)(map_normalize(out[x].xyz + correction.xyz, out[x].xyz), 1.0f);
   }
 }
 
@@ -328,7 +328,7 @@ kernel void kiln_volume_seam_mirror(const kiln_volume_level params,
   const uint item = (uint)get_global_id(0);
   if (item >= params.charts || charts[item].corners != 3u) return;
   global const kiln_volume_chart* chart = charts + item;
-  const seam_side side = seam_get(chart, 2u);
+  const seam_side side = seam_find_side(chart, 2u);
   const int width = (int)chart->size[0];
   global float4* at = texels + chart->first_texel;
   // Corner 1 has either the column of corner 2, where the side starts, or its row.

@@ -188,7 +188,7 @@ TEST(Tuning, AnOpenedDeviceHasItsTuning) {
   if (!before.empty()) std::ofstream(path) << before;
   cl::Context& context = context_of(device);
   EXPECT_EQ(context.tuning(), kUnusual);
-  const cl::Kernel kernel = context.kernel("bvh", "kiln_bvh_sum");
+  const cl::Kernel kernel = context.kernel("bvh", "kiln_bvh_scan_up");
   EXPECT_EQ(context.group_size(kernel, 0, 48), 48U);
   EXPECT_EQ(context.group_size(kernel, 16, 48), 16U);
   const std::size_t largest = context.group_size(kernel, 1U << 31, 48);

@@ -319,10 +319,10 @@ TEST(AoDenoiser, WeightsFollowDistancesAndNormals) {
   const cl::Array<std::uint32_t> neighbours(context, std::span<const std::uint32_t>(indices));
   const cl::Array<float> centroids(context, 2 * std::size_t{kCount});
   const kiln_ao_denoiser_params params{kCount, kCount};
-  context.launch(context.kernel("ao_denoiser", "kiln_ao_denoiser_weights"), kCount, 64, params,
-                 neighbours, points);
-  context.launch(context.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), kCount, 64, params,
-                 neighbours, centroids);
+  context.launch(context.kernel("ao_denoiser", "kiln_ao_denoiser_compute_weights"), kCount, 64,
+                 params, neighbours, points);
+  context.launch(context.kernel("ao_denoiser", "kiln_ao_denoiser_measure_centroids"), kCount, 64,
+                 params, neighbours, centroids);
   const std::vector<std::uint32_t> packed = neighbours.download(context);
   const std::vector<float> found = centroids.download(context);
   const auto at = [&](std::size_t first, std::uint32_t i) {
