@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <bit>
 #include <cctype>
 #include <cstring>
 #include <fstream>
@@ -528,7 +529,9 @@ TEST(GltfEdges, ContainersAreCheckedByTheByte) {
 /// Buffers as base64 of both alphabets and as percent-encoded bytes, the second of two.
 TEST(GltfEdges, DataUrisHoldTheirBytes) {
   // UVs whose bytes are 3F 80 00 00 and such: all written out.
-  const std::vector<float> uvs = {0, 1, 1, 1, 1, 0, 0, -1.9921875F};
+  // In base64 the first is "----" and the fourth begins with "____".
+  const float first = std::bit_cast<float>(0x3EBEEFFBU), fourth = std::bit_cast<float>(0x3EFFFFFFU);
+  const std::vector<float> uvs = {first, 1, 1, fourth, 1, 0, 0, -1.9921875F};
   std::string bytes(reinterpret_cast<const char*>(uvs.data()), uvs.size() * 4), percent, base64;
   const char* const digits = "0123456789abcdef";
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -554,7 +557,8 @@ TEST(GltfEdges, DataUrisHoldTheirBytes) {
                     j["bufferViews"][1] = {{"buffer", 1}, {"byteLength", 32}};
                   }));
     ASSERT_EQ(loaded.mesh.uvs.size(), 4U) << uri;
-    EXPECT_EQ(loaded.mesh.uvs[1], (Vec2{1, 0}));
+    EXPECT_EQ(loaded.mesh.uvs[0], (Vec2{first, 0}));
+    EXPECT_EQ(loaded.mesh.uvs[1], (Vec2{1, 1 - fourth}));
     EXPECT_EQ(loaded.mesh.uvs[3], (Vec2{0, 1 + 1.9921875F}));
   }
 }
