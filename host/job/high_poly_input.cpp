@@ -224,8 +224,9 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
       text += formatted(", of %.3g degrees or more; edges up to %.3g degrees are smooth",
                         shading.least_degrees, shading.most_degrees);
       if (shading.split_parts != 0) {
-        text +=
-            "; " + plural(shading.split_parts, "part") + " follow the split vertices of the file";
+        text += "; " + plural(shading.split_parts, "part") +
+                (shading.split_parts == 1 ? " follows" : " follow") +
+                " the split vertices of the file";
       }
       return text + (is_automatic ? "; " + reason : "") + rule;
     }

@@ -163,5 +163,60 @@ TEST(BytePlan, Cancels) {
   }
 }
 
+/// Maps halve while they halve evenly; match and samples are kept where they are given.
+TEST(BytePlan, SizesHalveAndGivenOptionsStay) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(3000, true);
+  const Source source(*test::device(), high);
+  BytePlanOptions options = options_of(9000, 100);
+  options.plan.choose_match = options.plan.choose_samples = false;
+  options.plan.bake.match.method = MatchMethod::closest;
+  options.plan.bake.samples = 2;
+  const BytePlan planned = plan_within_bytes(source, high, options);
+  EXPECT_EQ(planned.plan.chosen.method, MatchMethod::closest);
+  EXPECT_EQ(planned.plan.chosen.samples, 2U);
+  ASSERT_TRUE(planned.plan.result.has_value());
+  EXPECT_EQ(planned.plan.result->report.closest + planned.plan.result->report.missed,
+            planned.plan.result->report.samples);
+  for (const ByteTrial& trial : planned.trials) {
+    EXPECT_TRUE(trial.baked == 100 || trial.baked == 50 || trial.baked == 25) << trial.baked;
+  }
+  EXPECT_EQ(planned.plan.result->maps.front().image.width, planned.trials[planned.chosen].baked);
+  // 25 does not halve: 7 bytes of a picture of 25 x 25 are too few, and no smaller size is tried.
+  options.max_bytes = 900;
+  EXPECT_THROW(plan_within_bytes(source, high, options), Error);
+}
+
+/// Bytes and numbers that the chosen trial states are those of the result, with the colours of its vertices.
+TEST(BytePlan, TheChosenTrialIsTheResult) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(4000, true);
+  for (std::size_t i = 0; i < high.positions.size(); ++i) {
+    high.colors.push_back({static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i * 7),
+                           static_cast<std::uint8_t>(255 - i), 255});
+  }
+  const Source source(*test::device(), high);
+  BytePlanOptions options = options_of(14000, 64);
+  bool has_seen_colors = false;
+  options.mesh_bytes = [&](const Mesh& low) {
+    has_seen_colors = has_seen_colors || !low.colors.empty();
+    return mesh_bytes(low) + (low.colors.empty() ? 0 : 4 * low.positions.size());
+  };
+  const BytePlan planned = plan_within_bytes(source, high, options);
+  EXPECT_TRUE(has_seen_colors);
+  const ByteTrial& chosen = planned.trials.at(planned.chosen);
+  EXPECT_EQ(planned.plan.low.colors.size(), planned.plan.low.positions.size());
+  EXPECT_EQ(chosen.mesh_bytes, options.mesh_bytes(planned.plan.low));
+  EXPECT_EQ(chosen.faces, planned.plan.low.triangles.size());
+  EXPECT_EQ(planned.plan.chosen.faces, chosen.faces);
+  EXPECT_EQ(planned.plan.chosen.positions, planned.plan.low.positions.size());
+  EXPECT_EQ(planned.plan.chosen.vertices, split_vertices(planned.plan.low));
+  EXPECT_EQ(planned.plan.chosen.size, chosen.baked);
+  EXPECT_EQ(planned.plan.chosen.measured, chosen.degrees);
+  for (const ByteTrial& trial : planned.trials) {
+    if (trial.fits) EXPECT_GE(trial.error, chosen.error);
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 #include "kiln/measure.h"
@@ -303,6 +304,28 @@ TEST(Lods, RefusesAndCancels) {
   int calls = 0;
   options.plan.bake.progress = [&](double, std::string_view) { return ++calls < 4; };
   EXPECT_TRUE(bake_lods(source, high, options).cancelled);
+}
+
+/// A chain that is stopped says so, in its first level as in those that are simplified from it.
+TEST(Lods, CancelInEveryLevel) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = wavy(4);
+  const Source source(*test::device(), high);
+  for (const bool share_uvs : {false, true}) {
+    for (const char* level : {"level 0", "level 1"}) {
+      LodOptions options = lod_options(12, 64, 2);
+      options.plan.bake.width = options.plan.bake.height = 64;
+      options.share_uvs = share_uvs;
+      bool is_stopped = false;
+      options.plan.bake.progress = [&](double, std::string_view stage) {
+        is_stopped = is_stopped || stage.starts_with(level);
+        return !is_stopped;
+      };
+      const LodChain chain = bake_lods(source, high, options);
+      EXPECT_TRUE(is_stopped) << level;
+      EXPECT_TRUE(chain.cancelled) << level << ' ' << share_uvs;
+    }
+  }
 }
 
 }  // namespace

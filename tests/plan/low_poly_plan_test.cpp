@@ -460,5 +460,92 @@ TEST(LowPolyPlan, WhatIsSmallerThanAPixelIsNotSaidToBeReached) {
   EXPECT_EQ(plan.chosen.measured, 180);
 }
 
+/// What cannot be planned is refused with the number that is wrong.
+TEST(LowPolyPlan, RefusalsNameTheNumber) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::icosphere(2);
+  const Source source(*test::device(), high);
+  const auto refusal = [&](const auto& change) -> std::string {
+    LowPolyPlanOptions options = low_poly_options(5);
+    change(options);
+    try {
+      plan_low_poly(source, high, options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  using Options = LowPolyPlanOptions;
+  EXPECT_EQ(refusal([](Options& o) { o.max_error = -2; }),
+            "plan_low_poly: max_error is -2 degrees; it must be finite and above 0");
+  for (const double outline : {-0.5, 1.0}) {
+    EXPECT_EQ(refusal([&](Options& o) { o.max_outline = outline; }),
+              std::string("plan_low_poly: max_outline is ") + (outline < 0 ? "-0.5" : "1") +
+                  "; it must be a share above 0 and below 1, or 0");
+  }
+  const std::string density =
+      "plan_low_poly: the texel density detail requires the unwrap method charts, and a high poly "
+      "that is no height field";
+  EXPECT_EQ(refusal([](Options& o) {
+              o.density = TexelDensity::detail;
+              o.unwrap = UnwrapMethod::pairs;
+            }),
+            density);
+  EXPECT_EQ(refusal([](Options& o) {
+              o.density = TexelDensity::detail;
+              o.height_field = true;
+            }),
+            density);
+  for (const std::uint32_t screen : {1U, 15U, 16385U}) {
+    EXPECT_EQ(refusal([&](Options& o) { o.screen = screen; }),
+              "plan_low_poly: screen is " + std::to_string(screen) +
+                  " pixels; it must be 16 to 16384, or 0");
+  }
+  for (const std::uint32_t bits : {1U, 32U}) {
+    EXPECT_EQ(refusal([&](Options& o) { o.bits = bits; }),
+              "plan_low_poly: bits is " + std::to_string(bits) + "; it must be 8, 16 or 0");
+  }
+  EXPECT_EQ(refusal([](Options& o) {
+              o.bake.width = 64;
+              o.bake.height = 15;
+            }),
+            "plan_low_poly: the largest map is 64 x 15; it must be 16 x 16 at least");
+  const std::string given =
+      "plan_low_poly: a cage mesh, parts and a saved match require a given low poly";
+  const Parts parts;
+  const Match match;
+  EXPECT_EQ(refusal([&](Options& o) { o.bake.match.cage_mesh = &high; }), given);
+  EXPECT_EQ(refusal([&](Options& o) { o.bake.match.parts = &parts; }), given);
+  EXPECT_EQ(refusal([&](Options& o) { o.bake.match.saved = &match; }), given);
+  EXPECT_EQ(refusal([](Options& o) { o.bake.match.method = MatchMethod::uv; }),
+            "plan_low_poly: matching by uv requires a given low poly");
+}
+
+/// A distance of a cage is for rays: the plan compares no others. Bits that are given are taken.
+TEST(LowPolyPlan, ACageIsForRaysAndBitsAreTaken) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(3000, true);
+  const Source source(*test::device(), high);
+  LowPolyPlanOptions options = low_poly_options(5, 64);
+  options.may_leave_map_out = false;
+  options.bake.match.method = MatchMethod::closest;
+  options.bake.match.cage = Length::share(0.05);
+  options.bits = 8;
+  const LowPolyPlan plan = plan_low_poly(source, high, options);
+  EXPECT_EQ(plan.chosen.method, MatchMethod::ray);
+  EXPECT_EQ(plan.chosen.bits, 8U);
+  ASSERT_TRUE(plan.result.has_value());
+  EXPECT_EQ(plan.result->report.closest, 0U);
+  // What is said of the result is what the result is.
+  const LowPolyBytes bytes =
+      low_poly_bytes(split_vertices(plan.low), plan.low.triangles.size(), plan.chosen.size, {3}, 8);
+  EXPECT_EQ(plan.chosen.bytes.vertices, bytes.vertices);
+  EXPECT_EQ(plan.chosen.bytes.texels, bytes.texels);
+  EXPECT_EQ(plan.chosen.positions, plan.low.positions.size());
+  EXPECT_EQ(plan.chosen.samples, std::clamp(1024 / plan.chosen.size, 1U, 4U));
+  EXPECT_EQ(plan.chosen.charts, plan.unwrapped.value().charts);
+}
+
 }  // namespace
 }  // namespace kiln

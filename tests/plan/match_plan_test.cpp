@@ -244,5 +244,64 @@ TEST(Plan, RefusesAndCancels) {
   EXPECT_TRUE(bake_planned(source, pair.low, options).result.cancelled);
 }
 
+/// A cage's mesh is for rays, as a distance is: no other way is looked at.
+TEST(Plan, ACageMeshIsForRays) {
+  KILN_REQUIRE_DEVICE();
+  Pair pair;
+  pair.low = test::BumpySphere::light(24, 12);
+  const Source source(*test::device(), pair.high);
+  Mesh cage = pair.low;
+  for (Vec3& p : cage.positions) p = {1.2F * p.x, 1.2F * p.y, 1.2F * p.z};
+  PlanOptions options = plan_options(1e-4, 128);
+  options.bake.match.cage_mesh = &cage;
+  const PlannedBake planned = bake_planned(source, pair.low, options);
+  EXPECT_FALSE(planned.reached);
+  EXPECT_EQ(looked_at(planned), std::vector{MatchMethod::ray});
+  // A little below what rays reach another way might do.
+  options.max_error = 0.98 * planned.chosen.error.mean_degrees;
+  EXPECT_EQ(looked_at(bake_planned(source, pair.low, options)), std::vector{MatchMethod::ray});
+  for (const PlanTrial& trial : planned.trials) EXPECT_EQ(trial.method, MatchMethod::ray);
+  EXPECT_EQ(planned.result.report.cage,
+            planned.result.report.samples - planned.result.report.missed);
+}
+
+/// Without an error that is asked for, what finds nothing is given up for the next way that finds something.
+TEST(Plan, WithoutAnErrorTakesTheFirstThatFindsAnything) {
+  KILN_REQUIRE_DEVICE();
+  Mesh raised = test::plane(8, 8);
+  for (Vec3& p : raised.positions) p.z = 0.3F;
+  raised.uvs.clear();
+  raised.uv_triangles.clear();
+  Mesh inward = test::plane(2, 2);
+  inward.normals = {{1, 0, 0}};  // rays run along the plane
+  PlanOptions options = plan_options(0, 128);
+  options.bake.match.max_distance = Length::absolute(0.5);
+  const PlannedBake planned = bake_planned(Source(*test::device(), raised), inward, options);
+  EXPECT_NE(planned.chosen.method, MatchMethod::ray);
+  EXPECT_LT(planned.chosen.missed, 1);
+  EXPECT_EQ(planned.wanted, planned.chosen.error.mean_degrees);
+  EXPECT_TRUE(planned.reached);
+  // Where nothing finds anything, that is not said to be reached.
+  options.bake.match.max_distance = Length::absolute(1e-3);
+  const PlannedBake nothing = bake_planned(Source(*test::device(), raised), inward, options);
+  EXPECT_FALSE(nothing.reached);
+  EXPECT_EQ(nothing.chosen.missed, 1);
+}
+
+/// Two components alone are measured as the whole normal that they stand for.
+TEST(Plan, TwoComponentsAreMeasuredAsWholeNormals) {
+  KILN_REQUIRE_DEVICE();
+  const Pair pair;
+  const Source source(*test::device(), pair.high);
+  PlanOptions options = plan_options(0, 128);
+  const PlannedBake plain = bake_planned(source, pair.low, options);
+  options.bake.encoding.two_component = true;
+  const PlannedBake two = bake_planned(source, pair.low, options);
+  EXPECT_NEAR(two.chosen.error.mean_degrees, plain.chosen.error.mean_degrees, 0.02);
+  const std::vector<float>& pixels = two.result.maps[0].image.pixels;
+  const std::uint32_t channels = two.result.maps[0].image.channels;
+  for (std::size_t i = 2; channels == 3 && i < pixels.size(); i += 3) ASSERT_EQ(pixels[i], 0);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -394,6 +395,111 @@ TEST(PictureFit, EstimatesAreNearAllQualities) {
     deviation_of_estimates += std::abs(std::log(least_error(estimated, bytes)->error / error));
   }
   EXPECT_LT(deviation_of_estimates, 0.6 * deviation_of_few);
+}
+
+/// Each slot has a ladder of its own use, in the order of slots: emission is averaged as light, roughness as a number.
+TEST(PictureFit, EverySlotHasALadder) {
+  const Image normal = waves(32);
+  Image color = image_of(32, 3), emission = image_of(32, 3), roughness = image_of(32, 1);
+  for (std::uint32_t y = 0; y < 32; ++y) {
+    for (std::uint32_t x = 0; x < 32; ++x) {
+      const bool is_light = (x + y) % 2 == 0;
+      color.at(x, y)[1] = is_light ? 1.0F : 0.0F;
+      emission.at(x, y)[2] = is_light ? 1.0F : 0.0F;
+      roughness.at(x, y)[0] = is_light ? 1.0F : 0.0F;
+    }
+  }
+  AssetMaps maps;
+  maps.normal = &normal;
+  maps.color = &color;
+  maps.emission = &emission;
+  maps.roughness = &roughness;
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
+  ASSERT_EQ(ladders.size(), 4U);
+  EXPECT_EQ(ladders[0].picture, PictureSlot::normal);
+  EXPECT_EQ(ladders[1].picture, PictureSlot::color);
+  EXPECT_EQ(ladders[2].picture, PictureSlot::surface);
+  EXPECT_EQ(ladders[3].picture, PictureSlot::emission);
+  const auto half = [](const PictureLadder& ladder, std::size_t channel) {
+    const Image small = load_image(ladder.choices.front().data);
+    EXPECT_EQ(small.width, 16U);
+    return std::lround(255 * small.at(7, 2)[channel]);
+  };
+  EXPECT_EQ(half(ladders[1], 1), 188);
+  EXPECT_EQ(half(ladders[3], 2), 188);
+  EXPECT_EQ(half(ladders[3], 0), 0);
+  EXPECT_NEAR(static_cast<double>(half(ladders[2], 1)), 127.5, 1);
+}
+
+/// Normals whose mean is nothing face the viewer.
+TEST(PictureFit, OppositeNormalsBecomeTheSurfacesOwn) {
+  Image normal = image_of(32, 3);
+  for (std::uint32_t y = 0; y < 32; ++y) {
+    for (std::uint32_t x = 0; x < 32; ++x) {
+      normal.at(x, y)[0] = x % 2 == 0 ? 1.0F : 0.0F;
+      normal.at(x, y)[1] = normal.at(x, y)[2] = 0.5F;
+    }
+  }
+  AssetMaps maps;
+  maps.normal = &normal;
+  const Image small = load_image(picture_ladders(maps, png_alone())[0].choices[0].data);
+  ASSERT_EQ(small.width, 16U);
+  EXPECT_EQ(std::lround(255 * small.at(3, 5)[0]), 128);
+  EXPECT_EQ(std::lround(255 * small.at(3, 5)[1]), 128);
+  EXPECT_EQ(std::lround(255 * small.at(3, 5)[2]), 255);
+}
+
+/// The ground is filled from far, in pictures that are taller than wide as in wide ones.
+TEST(PictureFit, TallPicturesAreFilledToTheirEnd) {
+  for (const auto& [width, height] : {std::pair{32U, 256U}, std::pair{256U, 32U}}) {
+    Image color{width, height, 3, std::vector<float>(std::size_t{3} * width * height)};
+    std::vector<std::uint8_t> coverage(std::size_t{width} * height,
+                                       static_cast<std::uint8_t>(TexelState::empty));
+    // Noise where nothing is covered: the whole size is no small file.
+    std::mt19937 random(5);
+    for (float& value : color.pixels) value = static_cast<float>(random() % 256) / 255;
+    for (std::uint32_t k = 0; k < 2; ++k) {
+      for (std::uint32_t i = 0; i < 2; ++i) {
+        std::copy_n(std::array<float, 3>{1, 0, 0}.data(), 3, color.at(i, k));
+        coverage[k * width + i] = static_cast<std::uint8_t>(TexelState::baked);
+      }
+    }
+    AssetMaps maps;
+    maps.color = &color;
+    maps.coverage = coverage;
+    const Image small = load_image(picture_ladders(maps, png_alone())[0].choices[0].data);
+    ASSERT_EQ(small.width, width / 2);
+    ASSERT_EQ(small.height, height / 2);
+    for (std::uint32_t y = 0; y < small.height; ++y) {
+      for (std::uint32_t x = 0; x < small.width; ++x) {
+        ASSERT_EQ(small.at(x, y)[0], 1) << x << ' ' << y;
+        ASSERT_EQ(small.at(x, y)[1], 0) << x << ' ' << y;
+      }
+    }
+  }
+}
+
+/// A lossy picture of normals is kept only within the bound of its encoding at its own size.
+TEST(PictureFit, LossyNormalsStayWithinTheirBound) {
+  const Image normal = waves(64);
+  AssetMaps maps;
+  maps.normal = &normal;
+  PictureFitOptions options;
+  options.max_picture_bytes = 1U << 30U;
+  options.encode.dither = Dither::off;
+  const auto count_lossy = [&](double bound) {
+    options.encode.max_normal_error = bound;
+    std::size_t count = 0;
+    const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
+    for (const PictureChoice& choice : ladders[0].choices) {
+      if (!choice.encoding.is_lossy()) continue;
+      ++count;
+      if (choice.level == 0) EXPECT_LE(choice.error.degrees, bound);
+    }
+    return count;
+  };
+  EXPECT_EQ(count_lossy(1e-3), 0U);
+  EXPECT_GT(count_lossy(60), 0U);
 }
 
 }  // namespace

@@ -155,6 +155,57 @@ TEST(Heights, DegreesBecomeMetresAtTheirLatitude) {
   EXPECT_EQ(count(warnings, "spacing-in-degrees"), 1U);
 }
 
+/// Feet, survey feet and metres of heights over degrees, with a side to each axis.
+TEST(Heights, DegreesBecomeTheUnitOfHeights) {
+  const auto read = [](std::uint16_t unit, std::vector<Warning>* warnings) {
+    TiffFile file(3, 2, kFloats, std::vector<float>(6, 1));
+    file.scale(0.25, 0.5).tie(10, 30.5);
+    if (unit == 0) {
+      file.keys({{1024, 2}});
+    } else {
+      file.keys({{1024, 2}, {4099, unit}});
+    }
+    return load_heights(write("h.tif", file.bytes()), warnings).spacing;
+  };
+  std::vector<Warning> metres, feet, survey;
+  const std::array<double, 2> plain = read(0, &metres);
+  EXPECT_GT(plain[1], 1.9 * plain[0]);
+  EXPECT_EQ(read(9001, nullptr), plain);
+  EXPECT_EQ(read(4242, nullptr), plain) << "an unknown unit is taken for metres";
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_NEAR(read(9002, &feet)[k], plain[k] / 0.3048, 1e-9 * plain[k]);
+    EXPECT_NEAR(read(9003, &survey)[k], plain[k] * 3937 / 1200, 1e-9 * plain[k]);
+  }
+  const auto text = [](const std::vector<Warning>& warnings) {
+    return warnings.empty() ? std::string() : warnings.front().message.text();
+  };
+  EXPECT_NE(text(metres).find(" metres. If that"), std::string::npos) << text(metres);
+  EXPECT_NE(text(feet).find(" feet. If that"), std::string::npos) << text(feet);
+  EXPECT_NE(text(survey).find(" feet. If that"), std::string::npos) << text(survey);
+  // Without a distance there is nothing to convert, and nothing to say.
+  std::vector<Warning> none;
+  TiffFile bare(3, 2, kFloats, std::vector<float>(6, 1));
+  bare.keys({{1024, 2}});
+  EXPECT_EQ(load_heights(write("h.tif", bare.bytes()), &none).spacing,
+            (std::array<double, 2>{0, 0}));
+  EXPECT_TRUE(none.empty());
+}
+
+/// US survey feet across and metres up, and the other way round.
+TEST(Heights, SurveyFeetAcrossAndUp) {
+  const auto read = [](std::uint16_t across, std::uint16_t up) {
+    TiffFile file(3, 2, kFloats, std::vector<float>(6, 1));
+    file.scale(30, 20).keys({{1024, 1}, {3076, across}, {4099, up}});
+    return load_heights(write("h.tif", file.bytes())).spacing;
+  };
+  const double survey_foot = 1200.0 / 3937;
+  EXPECT_DOUBLE_EQ(read(9003, 9001)[0], 30 * survey_foot);
+  EXPECT_DOUBLE_EQ(read(9003, 9001)[1], 20 * survey_foot);
+  EXPECT_DOUBLE_EQ(read(9001, 9003)[1], 20 / survey_foot);
+  EXPECT_DOUBLE_EQ(read(9002, 9003)[0], 30 * 0.3048 / survey_foot);
+  EXPECT_EQ(read(9002, 1)[0], 30);
+}
+
 /// The place that a file gives may be that of any row: here of one far below, which lies at the equator.
 TEST(Heights, TheTiePointMayBeAnyRow) {
   std::vector<Warning> warnings;

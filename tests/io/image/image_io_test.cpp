@@ -15,6 +15,10 @@
 #include "support/environment.h"
 #include "support/read_file.h"
 
+#ifdef KILN_HAS_TIFF
+#include <tiffio.h>
+#endif
+
 namespace kiln {
 namespace {
 
@@ -286,6 +290,141 @@ TEST(SaveImage, TheNameAndTheFormatAgree) {
   save("x.png", ImageFormat::png8);
   save("y.exr", ImageFormat::exr_half);
   save("without", ImageFormat::exr_half);
+}
+
+/// What cannot be an image is refused with its numbers, and leaves no file.
+TEST(SaveImage, RefusesShapesThatAreNone) {
+  const fs::path path = test::scratch_folder() / "bad.png";
+  const auto refusal = [&](const Image& image) -> std::string {
+    try {
+      save_image(image, path, {.format = ImageFormat::png8});
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  const auto image = [](std::uint32_t width, std::uint32_t height, std::uint32_t channels,
+                        std::size_t values) {
+    return Image{width, height, channels, std::vector<float>(values)};
+  };
+  const std::string sides = " pixels cannot be saved; each side must be 1 to ";
+  EXPECT_NE(refusal(image(0, 3, 1, 0)).find("An image of 0 x 3" + sides), std::string::npos);
+  EXPECT_NE(refusal(image(3, 0, 1, 0)).find("An image of 3 x 0" + sides), std::string::npos);
+  EXPECT_NE(refusal(image(1U << 30U, 1, 1, 0)).find("An image of 1073741824 x 1" + sides),
+            std::string::npos);
+  EXPECT_NE(refusal(image(1, 1U << 30U, 1, 0)).find("An image of 1 x 1073741824" + sides),
+            std::string::npos);
+  EXPECT_NE(refusal(image(2, 3, 0, 0)).find("An image of 0 channels cannot be saved; use 1 to 4."),
+            std::string::npos);
+  EXPECT_NE(refusal(image(2, 3, 5, 30)).find("An image of 5 channels cannot be saved; use 1 to 4."),
+            std::string::npos);
+  for (const std::size_t values : {23U, 25U}) {
+    EXPECT_NE(refusal(image(2, 3, 4, values))
+                  .find("An image's pixels hold " + std::to_string(values) +
+                        " values, not width x height x channels = 24."),
+              std::string::npos);
+  }
+  EXPECT_FALSE(fs::exists(path));
+}
+
+/// Mip levels halve both sides to 1 x 1 and keep the channels: the wrong one is named.
+TEST(SaveImage, RefusesLevelsThatDoNotHalve) {
+  const fs::path path = test::scratch_folder() / "mips.exr";
+  const auto level = [](std::uint32_t width, std::uint32_t height, std::uint32_t channels = 3) {
+    return Image{width, height, channels,
+                 std::vector<float>(std::size_t{width} * height * channels, 0.5F)};
+  };
+  const auto refusal = [&](const std::vector<Image>& mips) -> std::string {
+    try {
+      save_mipmapped(level(9, 5), mips, path, {.format = ImageFormat::exr_half});
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal({level(4, 2), level(2, 1), level(1, 1)}), "");
+  fs::remove(path);
+  const std::string halves =
+      " channels; each level must have the image's channels and half the sides of the last, "
+      "rounded down, until 1 x 1.";
+  EXPECT_NE(refusal({level(4, 2), level(1, 1)}).find("Mip level 2 is 1 x 1 with 3" + halves),
+            std::string::npos);
+  EXPECT_NE(
+      refusal({level(4, 3), level(2, 1), level(1, 1)}).find("Mip level 1 is 4 x 3 with 3" + halves),
+      std::string::npos);
+  EXPECT_NE(refusal({level(4, 2), level(2, 1, 4), level(1, 1)})
+                .find("Mip level 2 is 2 x 1 with 4" + halves),
+            std::string::npos);
+  EXPECT_NE(refusal({level(4, 2), level(2, 1), level(1, 1), level(1, 1)})
+                .find("Mip level 4 is 1 x 1 with 3" + halves),
+            std::string::npos);
+  EXPECT_NE(refusal({level(4, 2), level(2, 1)})
+                .find("The last of 2 mip levels is 2 x 1; give all levels down to 1 x 1."),
+            std::string::npos);
+  EXPECT_FALSE(fs::exists(path));
+}
+
+#ifdef KILN_HAS_TIFF
+/// Alpha is marked as such, and not as multiplied into the colours, in TIFFs of grey as of colours; other TIFFs have no
+/// extra sample.
+TEST(SaveImage, TiffsSayWhatTheirExtraSampleIs) {
+  const fs::path path = test::scratch_folder() / "alpha.tif";
+  for (const ImageFormat format :
+       {ImageFormat::tiff8, ImageFormat::tiff16, ImageFormat::tiff_float}) {
+    for (std::uint32_t channels = 1; channels <= 4; ++channels) {
+      Image image{3, 2, channels, {}};
+      for (std::uint32_t i = 0; i < 6 * channels; ++i)
+        image.pixels.push_back(static_cast<float>(i * 10) / 255);
+      save_image(image, path, {.format = format});
+      TIFF* const file = TIFFOpen(path.c_str(), "r");
+      ASSERT_NE(file, nullptr);
+      std::uint16_t samples = 0, count = 0, photometric = 0;
+      std::uint16_t* kinds = nullptr;
+      TIFFGetField(file, TIFFTAG_SAMPLESPERPIXEL, &samples);
+      TIFFGetField(file, TIFFTAG_PHOTOMETRIC, &photometric);
+      const bool has_extra = TIFFGetField(file, TIFFTAG_EXTRASAMPLES, &count, &kinds) == 1;
+      EXPECT_EQ(samples, channels);
+      EXPECT_EQ(photometric, channels < 3 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
+      const bool has_alpha = channels == 2 || channels == 4;
+      EXPECT_EQ(has_extra && count > 0, has_alpha) << channels;
+      if (has_alpha && count > 0) {
+        EXPECT_EQ(count, 1U);
+        EXPECT_EQ(kinds[0], EXTRASAMPLE_UNASSALPHA) << channels;
+      }
+      TIFFClose(file);
+      const Image back = load_image(path);
+      ASSERT_EQ(back.channels, channels);
+      for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        EXPECT_NEAR(back.pixels[i], image.pixels[i], 1.0 / 65535) << i;
+    }
+  }
+}
+#endif
+
+/// Errors of what a file stores: those of the channel that is off most, over the texels that count; of heights that no
+/// block of rows divides.
+TEST(StoredError, CountsCoveredTexelsAlone) {
+  Image image{5, 19, 2, std::vector<float>(5 * 19 * 2, 0.0F)};
+  std::vector<std::uint8_t> coverage(5 * 19, 1);
+  // Half a step and a quarter of a step off, the larger one in the second channel.
+  image.at(3, 18)[0] = 10.25F / 255;
+  image.at(3, 18)[1] = 20.4F / 255;
+  image.at(1, 7)[0] = 30.3F / 255;
+  SaveImageOptions options;
+  options.format = ImageFormat::png8;
+  options.dither = false;
+  const StoredError all = stored_error(image, options, {});
+  EXPECT_NEAR(all.max, 0.4, 1e-4);
+  EXPECT_NEAR(all.mean, (0.4 + 0.3) / 95, 1e-6);
+  coverage[18 * 5 + 3] = 2;
+  const StoredError covered = stored_error(image, options, coverage);
+  EXPECT_NEAR(covered.max, 0.3, 1e-4);
+  EXPECT_NEAR(covered.mean, 0.3 / 94, 1e-6);
+  std::fill(coverage.begin(), coverage.end(), std::uint8_t{0});
+  EXPECT_EQ(stored_error(image, options, coverage).max, 0);
+  EXPECT_EQ(stored_error(image, options, coverage).mean, 0);
 }
 
 }  // namespace

@@ -5,7 +5,10 @@
 #include <ImfInputFile.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/image.h"
@@ -78,6 +81,41 @@ TEST(Layers, RefusesWhatIsNoFileOfLayers) {
   EXPECT_EQ(code({{std::string(128, 'a'), &small, {}, {{std::string(79, 'k'), "text"}}}},
                  ImageFormat::exr_half),
             ErrorCode::internal);
+}
+
+/// What is refused is said of the layer that it is, here the second of three.
+TEST(Layers, RefusalsNameTheLayer) {
+  const Image good = counting(4, 3, 2, 0);
+  const auto path = test::scratch_folder() / "layers.exr";
+  const auto refusal = [&](const Image* image) -> std::string {
+    const std::vector<ImageLayer> layers = {{"first", &good}, {"second", image}, {"third", &good}};
+    try {
+      save_layers(layers, path, {.format = ImageFormat::exr_half});
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(&good), "");
+  const std::string mismatch =
+      "The layer 'second' has no pixels, or their number does not match its size.";
+  EXPECT_NE(refusal(nullptr).find(mismatch), std::string::npos);
+  for (const auto& [width, height, channels, values] :
+       {std::array<std::uint32_t, 4>{0, 3, 2, 0}, std::array<std::uint32_t, 4>{4, 0, 2, 0},
+        std::array<std::uint32_t, 4>{4, 3, 0, 0}, std::array<std::uint32_t, 4>{4, 3, 5, 60},
+        std::array<std::uint32_t, 4>{4, 3, 2, 23}, std::array<std::uint32_t, 4>{4, 3, 2, 25}}) {
+    const Image bad{width, height, channels, std::vector<float>(values)};
+    EXPECT_NE(refusal(&bad).find(mismatch), std::string::npos) << width << ' ' << height;
+  }
+  for (const auto& [width, height] : {std::pair{5U, 3U}, std::pair{4U, 2U}}) {
+    const Image other = counting(width, height, 2, 0);
+    const std::string size = std::to_string(width) + " x " + std::to_string(height);
+    const std::string text = refusal(&other);
+    EXPECT_NE(text.find("Layers must be of one size, but there are "), std::string::npos) << text;
+    EXPECT_NE(text.find("4 x 3"), std::string::npos) << text;
+    EXPECT_NE(text.find(size), std::string::npos) << text;
+  }
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -173,6 +175,133 @@ TEST(MatchIo, OtherFilesAreRefused) {
   input_error(folder / "map.png");
   input_error(folder / "missing.exr");
   input_error(folder);
+}
+
+/// A saved match with another header: what is wrong in it is said.
+TEST(MatchIo, HeadersThatDoNotFitAreRefused) {
+  const fs::path path = test::scratch_folder() / "match.exr";
+  const fs::path changed = path.parent_path() / "changed.exr";
+  Match match = make_match(3, 2, 2);
+  match.source_hash = 18000000000000000001ULL;
+  match.low_hash = 7;
+  save_match(match, path);
+  EXPECT_EQ(load_match(path).source_hash, 18000000000000000001ULL);
+  EXPECT_EQ(load_match(path).low_hash, 7U);
+  struct Plan {
+    std::string without = {}, half = {}, triangles = {};
+    int samples = 0, shift_x = 0, shift_y = 0;
+    bool no_samples = false;
+  };
+  const auto rewrite = [&](const Plan& plan) {
+    Imf::InputFile input(path.string().c_str());
+    Imf::Header header = input.header();
+    const Imath::Box2i window = header.dataWindow();
+    const auto width = static_cast<std::size_t>(window.max.x + 1);
+    std::map<std::string, std::vector<std::uint32_t>> values;
+    Imf::FrameBuffer from, to;
+    for (auto it = input.header().channels().begin(); it != input.header().channels().end(); ++it) {
+      std::vector<std::uint32_t>& of = values[it.name()];
+      of.resize(width * static_cast<std::size_t>(window.max.y + 1));
+      const auto slice = [&](Imf::PixelType type, long shift) {
+        return Imf::Slice(type, reinterpret_cast<char*>(of.data()) - shift, 4, 4 * width);
+      };
+      from.insert(it.name(), slice(it.channel().type, 0));
+      if (plan.without == it.name()) continue;
+      const long shift = 4 * (plan.shift_x + plan.shift_y * static_cast<long>(width));
+      to.insert(it.name(), slice(it.channel().type, shift));
+    }
+    input.setFrameBuffer(from);
+    input.readPixels(0, window.max.y);
+    if (!plan.without.empty()) {
+      Imf::ChannelList channels;
+      for (auto it = input.header().channels().begin(); it != input.header().channels().end();
+           ++it) {
+        if (plan.without != it.name()) channels.insert(it.name(), it.channel());
+      }
+      header.channels() = channels;
+    }
+    if (!plan.half.empty()) header.channels()[plan.half.c_str()].type = Imf::HALF;
+    if (plan.samples != 0) header.insert("samples", Imf::IntAttribute(plan.samples));
+    if (plan.no_samples) header.erase("samples");
+    if (!plan.triangles.empty())
+      header.insert("sourceTriangles", Imf::StringAttribute(plan.triangles));
+    header.dataWindow().min.x += plan.shift_x;
+    header.dataWindow().max.x += plan.shift_x;
+    header.dataWindow().min.y += plan.shift_y;
+    header.dataWindow().max.y += plan.shift_y;
+    Imf::OutputFile output(changed.string().c_str(), header);
+    if (!plan.half.empty()) return;  // its pixels do not matter
+    output.setFrameBuffer(to);
+    output.writePixels(window.max.y + 1);
+  };
+  rewrite({});
+  expect_equal(match, load_match(changed));
+  const auto said = [&](const Plan& plan, const std::string& reason) {
+    rewrite(plan);
+    EXPECT_NE(input_error(changed).find("as a saved match: " + reason + "."), std::string::npos)
+        << input_error(changed);
+  };
+  said({.without = "v"}, "it has no channel 'v' of type float");
+  said({.without = "status"}, "it has no channel 'status' of type unsigned int");
+  said({.samples = 17}, "samples is 17, not 1 to 16");
+  said({.samples = -1}, "samples is -1, not 1 to 16");
+  said({.samples = 3}, "its width or height is not a multiple of its samples");
+  said({.samples = 4}, "its width or height is not a multiple of its samples");
+  said({.no_samples = true}, "it lacks the attributes samples and sourceTriangles");
+  for (const char* text : {"4294967296", "x", "12x", "-1"}) {
+    said({.triangles = text}, "sourceTriangles is not a valid number of triangles");
+  }
+  said({.shift_x = 1}, "its data window does not start at 0, 0");
+  said({.shift_y = 2}, "its data window does not start at 0, 0");
+}
+
+/// Directions of clusters are layers, in a file of two clusters over three by two texels.
+TEST(Clusters, AreLayersOfTheirDirections) {
+  const fs::path path = test::scratch_folder() / "clusters.exr";
+  VisibilityClusters clusters;
+  clusters.width = 3;
+  clusters.height = 2;
+  clusters.count = 2;
+  for (std::uint8_t i = 0; i < 6; ++i) {
+    clusters.number.push_back(i % 3);
+    for (std::uint8_t k = 0; k < 2; ++k) {
+      const auto first = static_cast<float>(10 * i + 100 * k);
+      clusters.directions.push_back({first + 1, first + 2, first + 3});
+    }
+  }
+  save_clusters(clusters, path);
+  Imf::InputFile file(path.string().c_str());
+  for (int k = 0; k < 2; ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name = "direction" + std::to_string(k) + "." + "XYZ"[axis];
+      std::vector<float> read(6);
+      Imf::FrameBuffer buffer;
+      buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, read.data(), Imath::V2i(0, 0), 3, 2));
+      file.setFrameBuffer(buffer);
+      file.readPixels(0, 1);
+      for (int i = 0; i < 6; ++i)
+        EXPECT_EQ(read[static_cast<std::size_t>(i)], 10 * i + 100 * k + axis + 1) << name;
+    }
+  }
+  fs::remove(path);
+  for (const auto& change : std::vector<std::function<void(VisibilityClusters&)>>{
+           [](VisibilityClusters& c) { c.count = 0; }, [](VisibilityClusters& c) { c.width = 0; },
+           [](VisibilityClusters& c) { c.height = 0; },
+           [](VisibilityClusters& c) { c.number.pop_back(); },
+           [](VisibilityClusters& c) { c.directions.pop_back(); }}) {
+    VisibilityClusters bad = clusters;
+    change(bad);
+    try {
+      save_clusters(bad, path);
+      ADD_FAILURE() << "was saved";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      EXPECT_NE(std::string(error.what())
+                    .find("their arrays must have width x height (x count) elements."),
+                std::string::npos);
+    }
+  }
+  EXPECT_FALSE(fs::exists(path));
 }
 
 TEST(MatchIo, DamagedFilesNeverCrash) {
