@@ -11,6 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "bake/row_finisher.h"
+#include "cl/context.h"
+#include "image/gutter.h"
 #include "kiln/bake.h"
 #include "kiln/device.h"
 #include "kiln/image.h"
@@ -180,6 +183,61 @@ TEST(MapRows, OptionsThatNeedWholeImagesKeepThem) {
     options.samples = 1;
     change(options);
     EXPECT_TRUE(expect_same(options, name).empty()) << name;
+  }
+}
+
+/// Padding is as wide above and below the border of every piece of rows: each row of texels is the only one baked once.
+TEST(MapRows, PaddingReachesOverThePiecesBorders) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kWidth = 5, kRows = 23;
+  for (const std::uint32_t padding : {1U, 2U, 4U}) {
+    BakeOptions options;
+    options.width = kWidth;
+    options.height = kRows;
+    options.encoding.gutter = static_cast<std::int32_t>(padding);
+    options.encoding.raw = true;
+    const MapInfo info{MapKind{"position"}, 3, MapType::vector, "", 0, 1};
+    for (const std::uint32_t step : {1U, 3U, 5U, 7U}) {
+      for (std::uint32_t baked_row = 0; baked_row < kRows; ++baked_row) {
+        RowFinisher finisher(context_of(*test::device()), options);
+        finisher.add(info);
+        BakedMap map;
+        map.image = {kWidth, kRows, 3, {}};
+        JoinedRows joined(map);
+        finisher.set_target(0, joined);
+        std::vector<std::uint8_t> coverage(std::size_t{kWidth} * kRows, kCoverageEmpty);
+        for (std::uint32_t first = 0; first < kRows; first += step) {
+          const std::uint32_t end = std::min(kRows, first + step);
+          finisher.extend(end);
+          const std::span<float> values = finisher.rows(0, first, end - first);
+          if (baked_row >= first && baked_row < end) {
+            for (std::uint32_t x = 0; x < kWidth; ++x) {
+              for (std::uint32_t c = 0; c < 3; ++c) {
+                values[((baked_row - first) * kWidth + x) * 3 + c] =
+                    static_cast<float>(10 * x + c + 1);
+              }
+              coverage[baked_row * kWidth + x] = kCoverageBaked;
+            }
+          }
+          finisher.finish(coverage);
+        }
+        ASSERT_EQ(joined.map.image.height, kRows);
+        std::uint64_t padded = 0;
+        for (std::uint32_t y = 0; y < kRows; ++y) {
+          const std::uint32_t away = y > baked_row ? y - baked_row : baked_row - y;
+          padded += away > 0 && away <= padding ? kWidth : 0;
+          for (std::uint32_t x = 0; x < kWidth; ++x) {
+            for (std::uint32_t c = 0; c < 3; ++c) {
+              ASSERT_EQ(joined.map.image.at(x, y)[c],
+                        away <= padding ? static_cast<float>(10 * x + c + 1) : 0.0F)
+                  << "row " << y << " of " << baked_row << ", pieces of " << step << ", padding "
+                  << padding;
+            }
+          }
+        }
+        EXPECT_EQ(finisher.padded(), padded);
+      }
+    }
   }
 }
 

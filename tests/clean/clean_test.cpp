@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "clean/outside_views.h"
+#include "clean/steps.h"
 #include "clean/triangle_list.h"
 #include "kiln/limits.h"
 #include "kiln/simplify.h"
@@ -778,6 +779,32 @@ TEST(Clean, SaysWhetherAllPartsFaceOutwards) {
   Mesh wrong = one;
   turn(wrong, 3);
   EXPECT_FALSE(outwards(wrong));
+}
+
+/// Vertices are welded within a quarter of the shortest edge of both, whichever comes first.
+TEST(Clean, NearVerticesWeldWithinTheShorterEdgesLimit) {
+  // Triangles with legs of 0.25 and of 8 on either side of a gap: a quarter of the shorter one is 0.0625.
+  for (const bool short_first : {true, false}) {
+    for (const double gap : {0.05, 0.07}) {
+      const auto g = static_cast<float>(gap / std::sqrt(14.0));
+      const std::vector<Vec3> small = {{0, 0, 0}, {-0.25F, 0, 0}, {0, -0.25F, 0.125F}};
+      const std::vector<Vec3> large = {{g, 2 * g, 3 * g}, {8, 0, 1}, {0, 8, 2}};
+      Mesh mesh;
+      mesh.positions = short_first ? small : large;
+      const std::vector<Vec3>& last = short_first ? large : small;
+      mesh.positions.insert(mesh.positions.end(), last.begin(), last.end());
+      mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+      const Mesh before = mesh;
+      const Cleaned welded = weld_near(mesh, 0.1);
+      EXPECT_EQ(welded.count, gap < 0.0625 ? 1U : 0U) << short_first << " " << gap;
+      EXPECT_EQ(mesh.positions[0] == mesh.positions[3], gap < 0.0625);
+      for (const std::size_t v : {1U, 2U, 4U, 5U}) {
+        EXPECT_EQ(mesh.positions[v], before.positions[v]);
+      }
+      if (gap < 0.0625)
+        EXPECT_TRUE(welded.example == before.positions[0] || welded.example == before.positions[3]);
+    }
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 
@@ -330,6 +331,86 @@ TEST(BoundedChannel, BoundsWhatIsReadAtEveryFold) {
       }
     }
   }
+}
+
+/// Every list of the texture must be as long as the materials, and every picture whole, also the last one.
+TEST(CutOut, TexturesThatDoNotFitAreRefused) {
+  Mesh card = test::plane(3, 1);
+  card.name = "fern.obj";
+  card.material_names = {"stem", "leaf"};
+  card.materials = {0, 0, 1, 1, 0, 1};
+  const Image half{1, 2, 4, {1, 1, 1, 1, 1, 1, 1, 0}};
+  Texture fits;
+  fits.kind = TextureKind::linear;
+  fits.channel = 3;
+  fits.images = {std::make_shared<const Image>(half), std::make_shared<const Image>(half)};
+  fits.image_of = {1, 0};
+  fits.uv_transforms.assign(2, {1, 0, 0, 0, 1, 0});
+  fits.wraps.resize(2);
+  fits.uv_sets.assign(2, card.uv_set);
+  fits.factors.resize(2);
+  fits.times_vertex_colors.assign(2, false);
+  EXPECT_NO_THROW(cut_out(card, fits, 0.5));
+  const auto refused = [&](const char* what, const std::function<void(Texture&)>& change,
+                           const Mesh& mesh) {
+    Texture texture = fits;
+    change(texture);
+    try {
+      (void)cut_out(mesh, texture, 0.5);
+      ADD_FAILURE() << what;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      EXPECT_STREQ(error.what(),
+                   "The opacity texture does not fit the mesh 'fern.obj': it needs one picture, or "
+                   "one for each material.")
+          << what;
+    }
+  };
+  refused(
+      "transforms", [](Texture& t) { t.uv_transforms.pop_back(); }, card);
+  refused(
+      "wraps", [](Texture& t) { t.wraps.resize(3); }, card);
+  refused(
+      "sets", [](Texture& t) { t.uv_sets.pop_back(); }, card);
+  refused(
+      "factors", [](Texture& t) { t.factors.resize(3); }, card);
+  refused(
+      "vertices", [](Texture& t) { t.times_vertex_colors.pop_back(); }, card);
+  refused(
+      "pictures",
+      [](Texture& t) {
+        t.image_of = {1, 2};
+      },
+      card);
+  refused(
+      "materials",
+      [](Texture& t) {
+        t.image_of = {1, 0, 0};
+      },
+      card);
+  refused(
+      "another set", [&](Texture& t) { t.uv_sets[1] = card.uv_set + 1; }, card);
+  refused(
+      "no picture", [](Texture& t) { t.images[1] = nullptr; }, card);
+  refused(
+      "channel", [](Texture& t) { t.channel = 4; }, card);
+  for (const Image& image : {Image{1, 2, 0, {}}, Image{0, 2, 4, {}}, Image{1, 0, 4, {}},
+                             Image{1, 2, 4, {1, 1, 1, 1, 1, 1, 1}}}) {
+    refused(
+        "pixels", [&](Texture& t) { t.images[1] = std::make_shared<const Image>(image); }, card);
+  }
+  Mesh bare = card;
+  bare.materials.clear();
+  refused(
+      "no materials", [](Texture&) {}, bare);
+  Mesh short_set = card;
+  short_set.other_uvs = {{card.uv_set + 1, {}}};
+  refused(
+      "a set of another length", [&](Texture& t) { t.uv_sets[1] = card.uv_set + 1; }, short_set);
+  short_set.other_uvs[0].uvs = card.uvs;
+  Texture other = fits;
+  other.uv_sets[1] = card.uv_set + 1;
+  EXPECT_NO_THROW(cut_out(short_set, other, 0.5));
 }
 
 }  // namespace

@@ -379,5 +379,57 @@ TEST(HighPictures, TransparentPartsOfTilesAreCutOff) {
   }
 }
 
+/// Up to eight missing tiles are named, the others counted, and UVs that no tile can hold stand apart.
+TEST(HighPictures, ManyMissingTilesAreCounted) {
+  KILN_REQUIRE_DEVICE();
+  const auto message_of = [](std::uint32_t columns, bool one_beyond, std::uint64_t* count) {
+    Mesh high = test::plane(columns, 1);
+    // One square each; none of their UVs is shared.
+    std::vector<Vec2> uvs;
+    for (std::size_t t = 0; t < high.triangles.size(); ++t) {
+      const auto tile = static_cast<float>(t / 2);
+      for (std::size_t k = 0; k < 3; ++k) {
+        Vec2 uv{tile + 0.25F + 0.25F * static_cast<float>(k % 2),
+                0.25F + 0.25F * static_cast<float>(k / 2)};
+        if (one_beyond && t + 1 == high.triangles.size()) uv.y -= 3;
+        high.uv_triangles[t][k] = static_cast<std::uint32_t>(uvs.size());
+        uvs.push_back(uv);
+      }
+    }
+    high.uvs = uvs;
+    high.material_names = {"skin"};
+    high.materials.assign(high.triangles.size(), 0);
+    Texture texture;
+    texture.kind = TextureKind::linear;
+    texture.images = {plain(2, {0.25F})};
+    texture.tiles = {{0, 1001, 0}};
+    texture.image_of = {0};
+    BakeOptions options = options_of(16);
+    options.transfers = {{"tiles", texture}};
+    const BakeResult baked = bake(Source(*test::device(), high), test::plane(1, 1), options);
+    const Warning* const warning = warning_of(baked, "tile-missing");
+    if (warning == nullptr) return std::string();
+    *count = warning->count;
+    return warning->message.text();
+  };
+  std::uint64_t count = 0;
+  EXPECT_EQ(message_of(1, false, &count), "");
+  EXPECT_EQ(message_of(1, true, &count),
+            "The texture of the map tiles has no picture for 1 triangle of the high poly (UVs "
+            "beyond all tiles): it gets its material's constant value there, or 0. Put the missing "
+            "pictures beside the others.");
+  EXPECT_EQ(count, 1U);
+  EXPECT_NE(message_of(9, false, &count)
+                .find("for 16 triangles of the high poly (UDIM 1002, 1003, 1004, 1005, 1006, 1007, "
+                      "1008, 1009): these get their material's"),
+            std::string::npos);
+  EXPECT_EQ(count, 16U);
+  EXPECT_NE(message_of(10, true, &count)
+                .find("for 18 triangles of the high poly (UDIM 1002, 1003, 1004, 1005, 1006, 1007, "
+                      "1008, 1009 and 1 more, and UVs beyond all tiles): these"),
+            std::string::npos)
+      << message_of(10, true, &count);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -201,5 +201,42 @@ TEST(IdMap, ALegendThatIsCutSaysHowManyThereAre) {
   }
 }
 
+/// The error says which names are missing, and the legend of colours does not say that they repeat.
+TEST(IdMap, SaysWhatIsMissing) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::plane(1, 1));
+  BakeOptions options;
+  options.width = options.height = 8;
+  options.maps = {MapKind{"id"}};
+  for (const auto& [by, kind] : {std::pair{IdBy::material, "materials"},
+                                 {IdBy::group, "groups"},
+                                 {IdBy::object, "objects"}}) {
+    options.id_by = by;
+    try {
+      bake(source, test::plane(1, 1), options);
+      ADD_FAILURE() << kind;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what(), std::string("The high poly has no ") + kind +
+                                  ", to which the map id assigns colours: give an OBJ that has "
+                                  "them, or assign colours to connected parts.");
+    }
+  }
+  // 66 x 64 corners, each of a colour of its own.
+  Mesh colours = test::plane(65, 63);
+  for (std::uint32_t v = 0; v < colours.positions.size(); ++v) {
+    colours.colors.push_back(
+        {static_cast<std::uint8_t>(v % 251), static_cast<std::uint8_t>(v / 251), 7, 255});
+  }
+  options.id_by = IdBy::color;
+  const BakeResult baked = bake(Source(*test::device(), colours), test::plane(1, 1), options);
+  ASSERT_EQ(baked.report.ids.size(), 4096U);
+  const auto warning = std::find_if(baked.report.warnings.begin(), baked.report.warnings.end(),
+                                    [](const Warning& one) { return one.code == "id-legend"; });
+  ASSERT_NE(warning, baked.report.warnings.end());
+  EXPECT_EQ(warning->count, 4224U);
+  EXPECT_EQ(warning->message.text(),
+            "The map id has 4224 ids; its legend lists only the first 4096.");
+}
+
 }  // namespace
 }  // namespace kiln

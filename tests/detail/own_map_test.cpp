@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "image/gutter.h"
 #include "kiln/bake.h"
@@ -184,6 +185,55 @@ TEST(OwnMaps, SayWhatIsWrongWithTheirSource) {
   map.channels = 3;
   map.name = "ao";
   EXPECT_THROW(bake_own(test::plane(1, 1), test::plane(1, 1), map), Error);
+}
+
+/// Where two matches blend, an own map is mixed by the same shares as the maps that come with Kiln: here it is one of them.
+TEST(OwnMaps, BlendWhereMatchesDo) {
+  KILN_REQUIRE_DEVICE();
+  OwnMap map;
+  map.name = "place";
+  map.channels = 4;
+  map.source =
+      "float4 kiln_map(const kiln_point* p) {\n"
+      "  return (float4)(p->position.x, p->position.y, p->position.z, p->position.y * 3.0f);\n}\n";
+  // A sheet over the left third, leaning along x and y; beside it the nearest points are found.
+  Mesh high = test::plane(4, 3);
+  for (Vec3& p : high.positions) {
+    p = {(p.x - 1) / 3, p.y, 0.125F + 0.1F * p.x + 0.05F * p.y};
+  }
+  high.normals.clear();
+  high.normal_triangles.clear();
+  const Source source(*test::device(), high);
+  BakeOptions options;
+  options.width = 40;
+  options.height = 24;
+  options.encoding.gutter = 0;
+  options.maps = {MapKind{"position"}, MapKind::mask};
+  options.match.max_distance = Length::absolute(0.5);
+  options.match.fallback = {MatchMethod::closest};
+  options.own_maps = {map};
+  std::size_t differ = 0;
+  std::vector<float> plain;
+  for (const double blend : {0.0, 6.0}) {
+    options.match.fallback_blend = static_cast<decltype(options.match.fallback_blend)>(blend);
+    const BakeResult baked = bake(source, test::plane(1, 1), options);
+    const Image &position = baked.maps[0].image, &mask = baked.maps[1].image,
+                &own = baked.maps[2].image;
+    std::size_t checked = 0;
+    for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
+      EXPECT_EQ(mask.pixels[i] > 0, baked.coverage[i] == kCoverageBaked) << i;
+      if (baked.coverage[i] != kCoverageBaked) continue;
+      ++checked;
+      for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_NEAR(own.pixels[4 * i + c], position.pixels[3 * i + c], 1e-5) << blend << " " << i;
+      }
+      EXPECT_NEAR(own.pixels[4 * i + 3], 3 * position.pixels[3 * i + 1], 3e-5);
+      if (blend > 0) differ += std::abs(own.pixels[4 * i] - plain[4 * i]) > 1e-3 ? 1 : 0;
+    }
+    EXPECT_GT(checked, 400U);
+    plain = own.pixels;
+  }
+  EXPECT_GT(differ, 20U);
 }
 
 }  // namespace

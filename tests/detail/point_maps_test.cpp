@@ -419,5 +419,27 @@ TEST(PointMaps, AreFollowedBySessions) {
   }
 }
 
+/// What views and layouts find has colours of its own.
+TEST(PointMaps, ProvenanceOfViewsAndLayouts) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), sheet(4, 1, 0.0625F));
+  for (const auto& [method, colour] : {std::pair{MatchMethod::views, std::array{1.0F, 0.5F, 0.0F}},
+                                       {MatchMethod::uv, std::array{0.5F, 0.5F, 0.5F}}}) {
+    BakeOptions options = asking({MapKind{"provenance"}});
+    options.match.method = method;
+    const BakeResult baked = bake(source, sheet(2, 1, 0), options);
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
+      if (baked.coverage[i] != kCoverageBaked) continue;
+      const Vec3d value = value_at(image_of(baked, "provenance"), i);
+      ++found;
+      EXPECT_EQ(value.x, colour[0]) << i;
+      EXPECT_EQ(value.y, colour[1]) << i;
+      EXPECT_EQ(value.z, colour[2]) << i;
+    }
+    EXPECT_GT(found, 1000U) << method.name;
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -7,7 +7,9 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/memory.h"
 #include "base/srgb.h"
@@ -758,6 +760,147 @@ TEST(TextureMaps, NamesAndPicturesAreChecked) {
   BakeOptions options = options_of(8, 8, {MapKind::normal});
   options.transfers = {{"grey", grey}};
   EXPECT_THROW(bake(Source(*test::device(), bare), test::plane(1, 1), options), Error);
+}
+
+/// A letter, then up to 63 letters, digits and _: characters on either side of these ranges are refused.
+TEST(TextureMaps, NamesAreOfLettersDigitsAndUnderscores) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::plane(1, 1));
+  const Texture grey = texture_of({1, 1, 1, {0.5F}}, TextureKind::linear);
+  const auto error_of = [&](const std::string& name) -> std::string {
+    BakeOptions options = options_of(4, 4, {MapKind::mask});
+    options.transfers = {{"first", grey}, {name, grey}};
+    try {
+      bake(source, test::plane(1, 1), options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  for (const std::string& name :
+       {std::string("a"), std::string("zA9_0Z"), "Z" + std::string(63, 'a')}) {
+    EXPECT_EQ(error_of(name), "") << name;
+  }
+  for (const std::string& name :
+       {std::string("9a"), std::string("_a"), std::string("[a"), std::string("@a"),
+        std::string("`a"), std::string("{a"), std::string("a["), std::string("a/"),
+        std::string("a:"), std::string("a`"), std::string("a-b"), "Z" + std::string(64, 'a')}) {
+    EXPECT_EQ(error_of(name),
+              "A map cannot be called '" + name + "': use a letter, then letters, digits and _.");
+  }
+  EXPECT_EQ(error_of("first"),
+            "A map cannot be called 'first', since two maps have this name: rename one of them.");
+  EXPECT_EQ(
+      error_of("height"),
+      "A map cannot be called 'height', which is another map's name: choose a different one.");
+}
+
+/// A map has one channel only where no picture, constant or factor has a colour, whichever channel it differs in.
+TEST(TextureMaps, AnyColourMakesThreeChannels) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(3, 1);
+  high.material_names = {"plain", "picture", "tinted"};
+  for (std::uint32_t t = 0; t < 6; ++t) high.materials.push_back(t / 2);
+  const Source source(*test::device(), high);
+  Texture grey;
+  grey.kind = TextureKind::linear;
+  grey.images = {std::make_shared<const Image>(Image{1, 1, 3, {0.5F, 0.5F, 0.5F}}),
+                 std::make_shared<const Image>(Image{1, 1, 1, {0.25F}})};
+  grey.image_of = {Texture::kNone, 0, 1};
+  grey.plain = {{0.75F, 0.75F, 0.75F, 1}, {0, 0, 0, 1}, {0, 0, 0, 1}};
+  grey.factors.resize(3);
+  grey.factors[2].times = {0.5F, 0.5F, 0.5F, 1};
+  const auto bake_with = [&](const Texture& texture) {
+    BakeOptions options = options_of(6, 2, {MapKind::mask});
+    options.transfers = {{"first", texture_of({1, 1, 1, {0.125F}}, TextureKind::linear)},
+                         {"made", texture}};
+    return bake(source, test::plane(1, 1), options);
+  };
+  const auto expect_texels = [&](const BakeResult& baked,
+                                 const std::vector<std::vector<float>>& wanted) {
+    const Image& map = image_of(baked, "made");
+    ASSERT_EQ(map.channels, wanted[0].size());
+    for (std::uint32_t x = 0; x < 6; ++x) {
+      for (std::uint32_t c = 0; c < map.channels; ++c) {
+        EXPECT_NEAR(map.at(x, 1)[c], wanted[x / 2][c], 1e-6) << x << " " << c;
+      }
+    }
+  };
+  expect_texels(bake_with(grey), {{0.75F}, {0.5F}, {0.125F}});
+  for (const std::size_t channel : {0U, 1U, 2U}) {
+    const auto changed = [&](float value, float to) {
+      std::vector<float> color(3, value);
+      color[channel] = to;
+      return color;
+    };
+    Texture constant = grey;
+    constant.plain[0][channel] = 0.25F;
+    expect_texels(bake_with(constant),
+                  {changed(0.75F, 0.25F), {0.5F, 0.5F, 0.5F}, {0.125F, 0.125F, 0.125F}});
+    Texture pixels = grey;
+    Image image{1, 1, 3, {0.5F, 0.5F, 0.5F}};
+    image.pixels[channel] = 1;
+    pixels.images[0] = std::make_shared<const Image>(image);
+    expect_texels(bake_with(pixels),
+                  {{0.75F, 0.75F, 0.75F}, changed(0.5F, 1), {0.125F, 0.125F, 0.125F}});
+    Texture tinted = grey;
+    tinted.factors[2].times[channel] = 1;
+    expect_texels(bake_with(tinted),
+                  {{0.75F, 0.75F, 0.75F}, {0.5F, 0.5F, 0.5F}, changed(0.125F, 0.25F)});
+  }
+  // No constant: 0 where a material has no picture.
+  Texture none = grey;
+  none.plain.clear();
+  expect_texels(bake_with(none), {{0}, {0.5F}, {0.125F}});
+}
+
+/// Each picture is checked, also the last, and a number that is no number is counted by itself.
+TEST(TextureMaps, PicturesThatAreBrokenAreRefused) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(2, 1);
+  high.material_names = {"one", "two"};
+  high.materials = {0, 0, 1, 1};
+  const Source source(*test::device(), high);
+  const auto warnings_of = [&](std::shared_ptr<const Image> last) {
+    Texture texture;
+    texture.kind = TextureKind::linear;
+    texture.images = {std::make_shared<const Image>(Image{1, 1, 1, {0.5F}}), std::move(last)};
+    texture.image_of = {0, 1};
+    BakeOptions options = options_of(4, 4, {MapKind::mask});
+    options.transfers = {{"rough", texture}};
+    return bake(source, test::plane(1, 1), options).report.warnings;
+  };
+  const auto error_of = [&](std::shared_ptr<const Image> last) -> std::string {
+    try {
+      warnings_of(std::move(last));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_of(nullptr), "A picture of the texture of the map rough is missing.");
+  for (const Image& image :
+       {Image{0, 2, 1, {}}, Image{2, 0, 1, {}}, Image{1, 1, 0, {}}, Image{1, 1, 5, {1, 1, 1, 1, 1}},
+        Image{2, 3, 1, {1, 1, 1, 1, 1}}, Image{2, 3, 1, {1, 1, 1, 1, 1, 1, 1}}}) {
+    EXPECT_EQ(error_of(std::make_shared<const Image>(image)),
+              "A picture of the texture of the map rough has no pixels, or their number does not "
+              "match its size.");
+  }
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const bool several : {false, true}) {
+    const std::vector<Warning> warnings = warnings_of(std::make_shared<const Image>(
+        Image{3, 1, 1, {0.5F, several ? std::numeric_limits<float>::infinity() : 0.5F, nan}}));
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_EQ(warnings[0].code, "texture-non-finite");
+    EXPECT_EQ(warnings[0].count, several ? 2U : 1U);
+    EXPECT_EQ(warnings[0].message.text(),
+              several ? "The texture of the map rough has 2 numbers that are NaN or infinite; they "
+                        "count as 0."
+                      : "The texture of the map rough has 1 number that is NaN or infinite; it "
+                        "counts as 0.");
+  }
 }
 
 }  // namespace

@@ -190,5 +190,52 @@ TEST(Bevel, OfManyEdgesSomeAreMeasured) {
   }
 }
 
+/// Of more than 4,095 edges every second one is measured: each has its own width, and those between them the median.
+TEST(Bevel, OfManyEdgesEachMeasuredOneHasItsOwnWidth) {
+  KILN_REQUIRE_DEVICE();
+  constexpr int kCount = 4100;
+  // No pattern of these repeats in twos: a width of another edge shows.
+  const auto slope_of = [](int i) { return 0.01 + 0.005 * (i * i % 7); };
+  Mesh high, low;
+  for (int i = 0; i < kCount; ++i) {
+    const double a = slope_of(i), x = 2.5 * (i % 41) / 16, y = 2 * (i / 41);
+    add(high, {{x - 0.06, 0}, {x - a, 0}, {x, -a}, {x, -0.06}}, y);
+    add(low, {{x - 0.06, 0}, {x, 0}, {x, -0.06}}, y);
+  }
+  // Narrower along y, so that slopes of hundredths are measured.
+  for (Mesh* mesh : {&high, &low}) {
+    for (Vec3& p : mesh->positions) p.y /= 64;
+  }
+  const Found found = find(high, low, 0.05);
+  ASSERT_EQ(found.hard.edges.size(), static_cast<std::size_t>(kCount));
+  EXPECT_EQ(found.bevels.found, static_cast<std::size_t>(kCount / 2));
+  // Where edges lie: by their place among all, from the least x and y on.
+  float least_x = 1e30F, least_y = 1e30F;
+  for (const HardEdges::Edge& edge : found.hard.edges) {
+    least_x = std::min(least_x, edge.from.x);
+    least_y = std::min(least_y, edge.from.y + 0.5F * edge.along.y);
+  }
+  std::vector<double> measured;
+  std::vector<int> order;
+  for (const HardEdges::Edge& edge : found.hard.edges) {
+    const double x = (edge.from.x - least_x) / found.scale,
+                 y = (edge.from.y + 0.5 * edge.along.y - least_y) / found.scale;
+    order.push_back(static_cast<int>(std::lround(x * 16 / 2.5)) +
+                    41 * static_cast<int>(std::lround(y * 32)));
+  }
+  const auto width_of = [&](int i) {
+    return std::max(0.4 * found.ring(slope_of(i)), 0.0005 * found.diagonal);
+  };
+  for (std::size_t e = 0; e < order.size(); e += 2) {
+    EXPECT_NEAR(found.width(e), width_of(order[e]), 1e-5) << e;
+    measured.push_back(width_of(order[e]));
+  }
+  std::sort(measured.begin(), measured.end());
+  EXPECT_GT(measured.back(), 2 * measured.front());
+  const double median = measured[measured.size() / 2];
+  EXPECT_NEAR(found.bevels.median / found.scale, median, 1e-5);
+  for (std::size_t e = 1; e < order.size(); e += 2) EXPECT_NEAR(found.width(e), median, 1e-5) << e;
+}
+
 }  // namespace
 }  // namespace kiln

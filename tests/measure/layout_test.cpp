@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "support/environment.h"
@@ -159,6 +160,19 @@ TEST(Layout, RefusesWhatItCannotRate) {
   bare.uv_triangles.clear();
   EXPECT_THROW(rate(bare), Error);
   EXPECT_THROW(rate(test::plane(2, 2), 0), Error);
+}
+
+TEST(Layout, CountsTrianglesWithoutAnyArea) {
+  KILN_REQUIRE_DEVICE();
+  Mesh mesh;
+  add_patch(mesh, {0, 0, 0.5F, 1}, {Vec3{0, 0, 0}, Vec3{2, 0, 0}, Vec3{0, 1, 0}});
+  add_patch(mesh, {0.5F, 0, 1, 0.5F}, {Vec3{3, 0, 0}, Vec3{1, 2, 3}, Vec3{2, 4, 6}});
+  mesh.positions[6].x = std::numeric_limits<float>::infinity();
+  const LayoutRating r = rate(mesh, 64, 32);
+  EXPECT_EQ(r.triangles, 2U);
+  EXPECT_EQ(r.degenerate, 2U) << "one on a line would be, and both have the corner without a place";
+  EXPECT_EQ(r.flat, 0U);
+  EXPECT_NEAR(r.area, 1, 1e-6) << "0.5 x 1 of UV, twice as wide";
 }
 
 }  // namespace

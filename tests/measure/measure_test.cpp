@@ -262,5 +262,24 @@ TEST(NormalReference, SeesAPlanesTilt) {
   EXPECT_NEAR(error.max_degrees, 10, 1e-3);
 }
 
+TEST(ScreenPictures, RefuseScreensAndViewsOutOfRange) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::plane(1, 1));
+  const auto error_of = [&](std::uint32_t screen, std::size_t views) -> std::string {
+    try {
+      const ScreenPictures pictures(source, screen, views);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  const std::string rule = ": screen must be 16 to 16384 pixels, and views at least 1.";
+  EXPECT_EQ(error_of(15, 2), "ScreenPictures: screen is 15 pixels, views is 2" + rule);
+  EXPECT_EQ(error_of(16385, 3), "ScreenPictures: screen is 16385 pixels, views is 3" + rule);
+  EXPECT_EQ(error_of(64, 0), "ScreenPictures: screen is 64 pixels, views is 0" + rule);
+  EXPECT_EQ(error_of(16, 1), "");
+}
+
 }  // namespace
 }  // namespace kiln

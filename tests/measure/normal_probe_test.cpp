@@ -198,5 +198,31 @@ TEST(NormalProbe, AMapOfInfiniteSizeHasTheMatchedNormals) {
   EXPECT_EQ(missing.infinite_map(options, field).missed, 1);
 }
 
+/// A map is read with the bitangent that it was baked for: of the vertices, or of the pixel.
+TEST(NormalProbe, BitangentsAreThoseOfTheMap) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), plane_with(tilted(20, -35)));
+  // A low poly whose corners' normals lean all ways.
+  Mesh low = test::plane(1, 1);
+  low.normals = {tilted(40, 10), tilted(-35, 20), tilted(15, -45), tilted(-20, -30)};
+  low.normal_triangles = low.triangles;
+  const NormalProbe probe(impl_of(source), low, nullptr, kAround, kPixels, true);
+  const auto error = [&](Bitangent baked_for, Bitangent read_as) {
+    BakeOptions options;
+    options.width = options.height = 128;
+    options.maps = {MapKind::normal};
+    options.match.max_distance = Length::absolute(0.2);
+    options.encoding.bitangent = baked_for;
+    const BakeResult baked = bake(source, low, options);
+    options.encoding.bitangent = read_as;
+    return probe.with_map(baked.map(MapKind::normal).image, options).mean_degrees;
+  };
+  for (const Bitangent kind : {Bitangent::pixel, Bitangent::vertex}) {
+    const Bitangent other = kind == Bitangent::pixel ? Bitangent::vertex : Bitangent::pixel;
+    EXPECT_LT(error(kind, kind), 0.1);
+    EXPECT_GT(error(kind, other), 4 * error(kind, kind) + 0.2);
+  }
+}
+
 }  // namespace
 }  // namespace kiln

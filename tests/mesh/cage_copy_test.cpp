@@ -1,8 +1,12 @@
 // Cages that are copies of the low poly, cut or sorted otherwise.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/mesh.h"
@@ -150,6 +154,41 @@ TEST(CageCopy, SaysWhatDoesNotFit) {
             "low poly's 'b'");
   // A hull of its own is no copy, and nobody says so.
   EXPECT_EQ(mismatch(low, read(obj({{"hull", 0, 0.5, 7}}), "hull.obj")), "");
+}
+
+Mesh moved_groups(Mesh mesh, std::vector<std::string> names) {
+  mesh.groups = mesh.objects;
+  mesh.group_names = std::move(names);
+  mesh.objects.clear();
+  mesh.object_names.clear();
+  return mesh;
+}
+
+/// Groups pair as objects do, where either mesh has no objects.
+TEST(CageCopy, PairsGroupsByName) {
+  const Mesh low = moved_groups(read(obj({{"a", 0}, {"b", 8}, {"c", 16}}), "low.obj"),
+                                {"a_LP", "b_low.001", "c"});
+  const Mesh cage = read(obj({{"a", 16, 0.5}, {"b", 0, 0.5}, {"c", 8, 0.5}}), "cage.obj");
+  expect_moved(low, moved_groups(cage, {"C_cage", "a_low_cage", "b_low.001"}), 0.5F);
+  // Two of one name pair by nothing but their places.
+  expect_moved(low, moved_groups(cage, {"c_low", "c_cage", "a"}), 0.5F);
+  const Mesh twice = moved_groups(low, {});
+  Mesh same = twice;
+  same.groups = low.groups;
+  same.group_names = {"b_low", "b_lp", "c"};
+  expect_moved(same, moved_groups(cage, {"c", "a", "b"}), 0.5F);
+  // A vertex of the cage that has no place says nothing, wherever it is.
+  Mesh holed = moved_groups(cage, {"C_cage", "a_low_cage", "b_low.001"});
+  holed.positions[20].y = std::numeric_limits<float>::infinity();
+  const CageCorners corners = read_cage(low, holed, frame_of(low));
+  EXPECT_EQ(corners.kind, CageKind::offsets);
+  std::size_t without_place = 0;
+  for (const Vec3& p : corners.outer_corners) without_place += std::isfinite(p.y) ? 0 : 1;
+  std::size_t uses = 0;
+  for (const Triangle& t : holed.triangles) {
+    uses += static_cast<std::size_t>(std::count(t.begin(), t.end(), 20U));
+  }
+  EXPECT_EQ(without_place, uses);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/validate.h"
@@ -109,6 +110,39 @@ TEST(JoinMeshes, KeepsPlacesInTheWorld) {
     EXPECT_EQ(moved.y, far.positions[v].y + 0.5F);
     EXPECT_EQ(moved.z, far.positions[v].z);
   }
+}
+
+TEST(JoinMeshes, SetsUnitsAndTangentsOfSeveralMeshes) {
+  Mesh first = test::plane(1, 1), second = test::plane(2, 1), third = test::plane(1, 1);
+  first.name = "first", second.name = "second", third.name = "third";
+  first.metres = second.metres = third.metres = 0.01;
+  first.other_uvs = {{3, first.uvs}};
+  third.other_uvs = {{3, third.uvs}};
+  for (Vec2& uv : third.other_uvs[0].uvs) uv = {uv.y + 5, uv.x - 7};
+  second.tangents.assign(3 * second.triangles.size(), Tangent{{0, 1, 0}, -1});
+  std::vector<Mesh> meshes = {first, second, third};
+  const Mesh whole = join_meshes(meshes);
+  EXPECT_EQ(whole.metres, 0.01);
+  // One set of that number, of both that have it.
+  ASSERT_EQ(whole.other_uvs.size(), 1U);
+  EXPECT_EQ(whole.other_uvs[0].set, 3U);
+  for (std::size_t t = 0; t < whole.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2 uv = whole.uvs[whole.uv_triangles[t][k]];
+      const Vec2 other = whole.other_uvs[0].uvs[whole.uv_triangles[t][k]];
+      if (t < 2) EXPECT_EQ(std::pair(other.x, other.y), std::pair(uv.x, uv.y));
+      if (t >= 2 && t < 6) EXPECT_TRUE(std::isnan(other.x) && std::isnan(other.y));
+      if (t >= 6) EXPECT_EQ(std::pair(other.x, other.y), std::pair(uv.y + 5, uv.x - 7));
+      const Tangent& tangent = whole.tangents[3 * t + k];
+      EXPECT_EQ(tangent.sign, t >= 2 && t < 6 ? -1 : 1) << t;
+      EXPECT_EQ(tangent.direction.y, t >= 2 && t < 6 ? 1 : 0) << t;
+    }
+  }
+  // Of one other unit, in the middle or last, there is none.
+  meshes[1].metres = 1;
+  EXPECT_EQ(join_meshes(meshes).metres, 0);
+  meshes[1].metres = 0.01, meshes[2].metres = 1;
+  EXPECT_EQ(join_meshes(meshes).metres, 0);
 }
 
 }  // namespace

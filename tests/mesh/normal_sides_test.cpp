@@ -281,5 +281,95 @@ TEST(NormalSides, FindsPartsThatFaceInwards) {
   EXPECT_EQ(inward_parts(join_meshes(shell)).count, 0U);
 }
 
+/// Corners of its own for each triangle, with these signs of its normals, and tangents that tell corners apart.
+Mesh split_normals(const Mesh& mesh, const std::vector<float>& signs) {
+  Mesh split = mesh;
+  split.normals.clear();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 n = mesh.normals[mesh.normal_triangles[t][k]];
+      split.normal_triangles[t][k] = static_cast<std::uint32_t>(split.normals.size());
+      split.normals.push_back(times(n, {signs[t], signs[t], signs[t]}));
+      split.tangents.push_back({{static_cast<float>(t), static_cast<float>(k), 1}, 1});
+    }
+  }
+  return split;
+}
+
+/// The bitangent, sign * cross(normal, tangent), must stay where a normal turns, and corners keep their tangents.
+TEST(NormalSides, TangentsGoWithTheirCorners) {
+  const Mesh right = bean();
+  const std::vector<float> front(right.triangles.size(), 1), back(right.triangles.size(), -1);
+  Mesh negated = split_normals(right, back);
+  const AgreedNormals turned = agree_normals(negated, Trusted::faces);
+  EXPECT_EQ(turned.normals, right.triangles.size());
+  EXPECT_EQ(turned.faces, 0U);
+  EXPECT_EQ(turned.mirrored, 0U);
+  for (std::size_t i = 0; i < negated.tangents.size(); ++i) {
+    EXPECT_EQ(negated.tangents[i].sign, -1);
+    EXPECT_EQ(negated.tangents[i].direction,
+              (Vec3{static_cast<float>(i / 3), static_cast<float>(i % 3), 1}));
+  }
+  expect_right(negated, true);
+  Mesh inverted = split_normals(right, front);
+  turn_faces(
+      inverted);  // its tangents stay where they were: as of a file that has its faces turned
+  const Mesh before = inverted;
+  const AgreedNormals faces = agree_normals(inverted, Trusted::normals);
+  EXPECT_EQ(faces.faces, right.triangles.size());
+  EXPECT_EQ(faces.normals, 0U);
+  for (std::size_t t = 0; t < right.triangles.size(); ++t) {
+    for (const auto& [k, from] : {std::pair{0, 0}, {1, 2}, {2, 1}}) {
+      EXPECT_EQ(inverted.tangents[3 * t + k].direction, before.tangents[3 * t + from].direction);
+      EXPECT_EQ(inverted.tangents[3 * t + k].sign, 1);
+      EXPECT_EQ(inverted.triangles[t][k], before.triangles[t][from]);
+    }
+  }
+  // A mirror image's tangents are those of another surface.
+  Mesh mirrored = split_normals(right, front);
+  mirrored.name = "left hand.obj";
+  mirror_normals(mirrored, {1, -1, 1});
+  try {
+    (void)agree_normals(mirrored, Trusted::faces);
+    ADD_FAILURE() << "a mirror image with tangents";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_STREQ(error.what(),
+                 "Mesh 'left hand.obj' has the normals of its mirror image, so its tangents cannot "
+                 "be trusted either: export it again, or leave its tangents out.");
+  }
+  mirrored.tangents.clear();
+  EXPECT_EQ(agree_normals(mirrored, Trusted::faces).mirrored, right.triangles.size());
+}
+
+/// Normals that oppose three triangles of four are no turned part: nothing is changed, and the part is counted.
+TEST(NormalSides, PartsThatNothingExplainsAreCounted) {
+  const Mesh right = bean();
+  std::vector<float> signs(right.triangles.size());
+  for (std::size_t t = 0; t < signs.size(); ++t) signs[t] = t % 4 == 1 ? 1 : -1;
+  Mesh foreign = split_normals(right, signs);
+  foreign.tangents.clear();
+  // Before it a part that is right: it is not counted, nor the first.
+  Mesh whole = box();
+  for (Vec3& p : whole.positions) p.x += 9;
+  const auto vertices = static_cast<std::uint32_t>(whole.positions.size());
+  const auto normals = static_cast<std::uint32_t>(whole.normals.size());
+  for (std::size_t t = 0; t < foreign.triangles.size(); ++t) {
+    Triangle corners = foreign.triangles[t], own = foreign.normal_triangles[t];
+    for (std::size_t k = 0; k < 3; ++k) corners[k] += vertices, own[k] += normals;
+    whole.triangles.push_back(corners);
+    whole.normal_triangles.push_back(own);
+  }
+  whole.positions.insert(whole.positions.end(), foreign.positions.begin(), foreign.positions.end());
+  whole.normals.insert(whole.normals.end(), foreign.normals.begin(), foreign.normals.end());
+  const Mesh before = whole;
+  const AgreedNormals result = agree_normals(whole, Trusted::faces);
+  EXPECT_EQ(result.unexplained, right.triangles.size());
+  EXPECT_EQ(result.first, 12U);
+  EXPECT_EQ(result.normals + result.faces + result.mirrored + result.unclear, 0U);
+  EXPECT_EQ(whole.normal_triangles, before.normal_triangles);
+  EXPECT_EQ(whole.triangles, before.triangles);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/normals.h"
@@ -1129,6 +1130,53 @@ TEST(ShadeHigh, HardEdgesAreLines) {
       hard_edges([](const Vec3&, const Vec3&, std::size_t e) { return e % 97 == 0; });
   EXPECT_EQ(loose.first, 0);
   EXPECT_GT(loose.second, 40);
+}
+
+/// The wings of a spindle from (0, 0, 0) to (0, 2, 0), each at an angle about it; those that run up it, and those that run
+/// down.
+Mesh spindle(const std::vector<std::pair<double, bool>>& wings) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {0, 2, 0}};
+  for (const auto& [degrees, up] : wings) {
+    const double angle = degrees * std::numbers::pi / 180;
+    const auto at = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.push_back(
+        {static_cast<float>(std::cos(angle)), 0.5F, static_cast<float>(std::sin(angle))});
+    mesh.triangles.push_back(up ? Triangle{0, 1, at} : Triangle{1, 0, at});
+  }
+  return mesh;
+}
+
+/// Where more than two faces meet, those pair that bend least, whatever their order. Faces that run up and down the edge, at
+/// angles a and b about it, bend by 180 - |a - b| degrees.
+TEST(ShadeHigh, FacesOfACrossingPairByTheLeastBend) {
+  const FaceEdges faces =
+      FaceEdges::of(spindle({{100, true}, {170, false}, {0, true}, {310, false}, {40, true}}));
+  ASSERT_EQ(faces.edges.size(), 2U);
+  EXPECT_EQ(faces.edges[0].sides[0] / 3, 2U);
+  EXPECT_EQ(faces.edges[0].sides[1] / 3, 1U);
+  EXPECT_NEAR(faces.edges[0].degrees, 10, 1e-3);
+  EXPECT_TRUE(faces.edges[0].convex);
+  EXPECT_EQ(faces.edges[1].sides[0] / 3, 0U);
+  EXPECT_EQ(faces.edges[1].sides[1] / 3, 3U);
+  EXPECT_NEAR(faces.edges[1].degrees, 30, 1e-3);
+  EXPECT_FALSE(faces.edges[1].convex);
+  EXPECT_EQ(faces.borders, std::vector<bool>(7, true));
+  // 16 faces pair, 17 do not.
+  std::vector<std::pair<double, bool>> many;
+  for (int i = 0; i < 8; ++i) {
+    many.push_back({10.0 * i, true});
+    many.push_back({10.0 * i + 180 - 0.5 * i, false});
+  }
+  const FaceEdges full = FaceEdges::of(spindle(many));
+  ASSERT_EQ(full.edges.size(), 8U);
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    EXPECT_NEAR(full.edges[i].degrees, 0.5 * i, 1e-3);
+    EXPECT_EQ(full.edges[i].sides[0] / 3, 2 * i);
+    EXPECT_EQ(full.edges[i].sides[1] / 3, 2 * i + 1);
+  }
+  many.push_back({90, true});
+  EXPECT_TRUE(FaceEdges::of(spindle(many)).edges.empty());
 }
 
 }  // namespace

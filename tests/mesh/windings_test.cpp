@@ -205,5 +205,25 @@ TEST(Windings, RefuseWhatDoesNotHoldTogether) {
   EXPECT_THROW(agree_windings(mesh), Error);
 }
 
+/// The vertex in the middle starts more sides than are compared pairwise; that two run alike shows at it alone.
+TEST(Windings, OneTriangleOfALargeFanIsTurnedBack) {
+  for (const std::uint32_t triangles : {15U, 17U, 40U}) {
+    Mesh right;
+    right.positions.push_back({0.5F, 0.25F, 0});
+    for (std::uint32_t i = 0; i <= triangles; ++i) {
+      const double angle = 3.0 * i / triangles;
+      right.positions.push_back(
+          {static_cast<float>(2 * std::cos(angle)), static_cast<float>(std::sin(angle)), 0.125F});
+    }
+    for (std::uint32_t i = 1; i <= triangles; ++i) right.triangles.push_back({i, i + 1, 0});
+    Mesh mesh = right;
+    turn(mesh, 0);
+    const TurnedTriangles turned = agree_windings(mesh);
+    EXPECT_EQ(turned.count, 1U) << triangles;
+    EXPECT_EQ(turned.first, 0U);
+    EXPECT_EQ(mesh.triangles, right.triangles);
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -5,11 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "bake/map_units.h"
 #include "detail/occlusion_scene.h"
 #include "detail/registry.h"
+#include "image/gutter.h"
 #include "kiln/plan.h"
+#include "source/high_poly.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -165,6 +172,166 @@ TEST(MapUnits, ColoursDifferAsInCielab) {
   // sRGB's red is (53.24, 80.09, 67.20) in CIELAB.
   EXPECT_NEAR(map_difference(color, red, black), std::hypot(53.24, 80.09, 67.20), 0.05);
   EXPECT_NEAR(map_difference(color, red, white), std::hypot(46.76, 80.09, 67.20), 0.05);
+}
+
+/// The error of a map by views is measured with views of the resolution that the bake had: here by a bake of the same
+/// points, whose views have that size, and the mean square of what the map reads there.
+TEST(Bounds, OfViewsAreMeasuredWithViewsOfTheSameSize) {
+  KILN_REQUIRE_DEVICE();
+  // Triangles so small that views of 1024 pixels would not show them, unless the map's samples are few.
+  Mesh high = test::plane(4096, 32);
+  for (Vec3& p : high.positions) p.z = static_cast<float>(wave(p.x));
+  const Source source(*test::device(), high);
+  const Mesh low = test::plane(1, 1);
+  const MapKind height{"height"};
+  constexpr std::uint32_t kWidth = 800, kHeight = 768;
+  BakeOptions baked_as = options_of({height}, kWidth);
+  baked_as.height = kHeight;
+  baked_as.match.method = MatchMethod::views;
+  const BakeResult result = bake(source, low, baked_as);
+  ASSERT_TRUE(result.report.views.has_value());
+  const std::uint32_t size = result.report.views->size;
+  // The whole unit square is covered: 47 cells a side, more than the root of 2,000.
+  constexpr std::uint32_t kSide = 47;
+  BakeOptions points_as = baked_as;
+  points_as.width = points_as.height = kSide;
+  points_as.encoding.gutter = 0;
+  points_as.encoding.raw = true;
+  const BakeResult own_size = bake(source, low, points_as);
+  ASSERT_NE(own_size.report.views->size, size)
+      << "views of the reference's own size would be others";
+  points_as.match.views.size = size;
+  const BakeResult points = bake(source, low, points_as);
+  const Image& map = result.map(height).image;
+  const auto error_of = [&](const BakeResult& reference) {
+    double squares = 0;
+    std::uint64_t count = 0;
+    for (std::uint32_t y = 0; y < kSide; ++y) {
+      for (std::uint32_t x = 0; x < kSide; ++x) {
+        if (reference.coverage[std::size_t{y} * kSide + x] != kCoverageBaked) continue;
+        const double at_x = std::clamp((x + 0.5) / kSide * kWidth - 0.5, 0.0, kWidth - 1.0),
+                     at_y = std::clamp((y + 0.5) / kSide * kHeight - 0.5, 0.0, kHeight - 1.0);
+        const auto left = static_cast<std::uint32_t>(at_x), top = static_cast<std::uint32_t>(at_y);
+        const auto texel = [&](std::uint32_t i, std::uint32_t j) {
+          return double{map.at(std::min(i, kWidth - 1), std::min(j, kHeight - 1))[0]};
+        };
+        const double s = at_x - left, t = at_y - top;
+        const double read = (texel(left, top) * (1 - s) + texel(left + 1, top) * s) * (1 - t) +
+                            (texel(left, top + 1) * (1 - s) + texel(left + 1, top + 1) * s) * t;
+        squares += std::pow(read - reference.map(height).image.at(x, y)[0], 2);
+        ++count;
+      }
+    }
+    return std::pair(std::sqrt(squares / static_cast<double>(count)), count);
+  };
+  const std::vector<MapBound> bounds{{height, 1}};
+  const std::vector<MapReached> reached =
+      reached_bounds(impl_of(source), low, baked_as, bounds, result);
+  ASSERT_EQ(reached.size(), 1U);
+  const auto [error, count] = error_of(points);
+  EXPECT_EQ(reached[0].points, count);
+  EXPECT_NEAR(reached[0].error, error, 1e-6 * error);
+  EXPECT_GT(std::abs(error_of(own_size).first - error), 0.01 * error);
+}
+
+/// Half of a bound goes to the rays of the map that it bounds: to the variant's, where that has its own.
+TEST(Bounds, LeaveHalfToTheRaysOfTheirVariant) {
+  const auto variant = [](const char* name, const OcclusionOptions& occlusion) {
+    MapVariant result;
+    result.name = name;
+    result.kind = MapKind{"ao"};
+    result.occlusion = occlusion;
+    return result;
+  };
+  OcclusionOptions views, given;
+  views.by = OcclusionBy::views;
+  given.max_error = 0.25;
+  BakeOptions bake = options_of({MapKind::normal, MapKind{"ao"}, MapKind{"position"}}, 64);
+  bake.variants = {variant("ao_none", {}), variant("ao_far", {}), variant("ao_views", views),
+                   variant("ao_given", given), variant("ao_loose", {})};
+  const std::vector<MapBound> bounds{{MapKind{"position"}, 0.5},
+                                     {MapKind{std::string_view("ao_far")}, 0.0625},
+                                     {MapKind{std::string_view("ao_views")}, 0.125},
+                                     {MapKind{std::string_view("ao_given")}, 0.125},
+                                     {MapKind{std::string_view("ao_loose")}, 2}};
+  EXPECT_NO_THROW(check_bounds(bake, bounds));
+  reserve_bound_for_rays(bounds, bake);
+  EXPECT_EQ(bake.occlusion.max_error, 0);
+  const std::vector<double> wanted{0, 0.03125, 0, 0.25, 0};
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    EXPECT_EQ(bake.variants[i].occlusion->max_error, wanted[i]) << bake.variants[i].name;
+  }
+  reserve_bound_for_rays(std::vector<MapBound>{{MapKind{"ao"}, 0.5}}, bake);
+  EXPECT_EQ(bake.occlusion.max_error, 0.25);
+  EXPECT_EQ(bake.variants[0].occlusion->max_error, 0) << "it has its own";
+}
+
+/// Bounds of transfers, own maps and variants, none of them the first of its kind, beside maps that have none.
+TEST(Bounds, BelongToMapsOfEveryKind) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), waves());
+  const Mesh low = test::plane(1, 1);
+  const auto plain = [](const char* name, float grey) {
+    Texture texture;
+    texture.kind = TextureKind::linear;
+    texture.images = {std::make_shared<const Image>(Image{1, 1, 1, {grey}})};
+    return Transfer{name, texture};
+  };
+  const auto own = [](const char* name, const char* value) {
+    OwnMap map;
+    map.name = name;
+    map.channels = 1;
+    map.source = std::string("float4 kiln_map(const kiln_point* p) { return (float4)(") + value +
+                 ", 0.0f, 0.0f, 0.0f); }\n";
+    return map;
+  };
+  BakeOptions options = options_of({MapKind{"height"}, MapKind{"position"}}, 128);
+  options.transfers = {plain("first", 0.25F), plain("second", 0.75F), plain("third", 0.5F)};
+  options.own_maps = {own("zero", "0.0f"), own("wave", "p->position.z"), own("last", "1.0f")};
+  const BakeResult result = bake(source, low, options);
+  const std::vector<MapBound> bounds{{MapKind{std::string_view("wave")}, 1},
+                                     {MapKind{std::string_view("second")}, 0.5},
+                                     {MapKind{"height"}, 0.25}};
+  const std::vector<MapReached> reached =
+      reached_bounds(impl_of(source), low, options, bounds, result);
+  ASSERT_EQ(reached.size(), 3U);
+  EXPECT_EQ(reached[0].kind.name, "wave");
+  EXPECT_EQ(reached[1].kind.name, "second");
+  EXPECT_EQ(reached[2].kind.name, "height");
+  EXPECT_EQ(reached[0].wanted, 1);
+  EXPECT_EQ(reached[1].wanted, 0.5);
+  EXPECT_EQ(reached[2].wanted, 0.25);
+  // The own map is the height, of which the wave's error is known; one value everywhere has none.
+  const double known = error_of_heights(result.map(MapKind{"height"}).image);
+  EXPECT_NEAR(reached[2].error, known, 0.05 * known);
+  EXPECT_NEAR(reached[0].error, reached[2].error, 1e-3 * known);
+  EXPECT_EQ(reached[1].error, 0);
+  EXPECT_EQ(reached[1].points, reached[0].points);
+}
+
+/// Directions are decoded as they were encoded: as three components, or as two.
+TEST(Bounds, OfDirectionsAreOfDecodedOnes) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1, 4, 4);
+  test::add_disc(high, {0.3F, 0.1F, 0.4F}, 0.5F, false);
+  const Source source(*test::device(), high);
+  const Mesh low = test::ground(1);
+  const MapKind bent{"bent_normal"};
+  const auto error_of = [&](bool two_component) {
+    BakeOptions options = options_of({bent}, 32);
+    options.occlusion.rays = 256;
+    options.encoding.two_component = two_component;
+    const BakeResult result = bake(source, low, options);
+    const std::vector<MapBound> bounds{{bent, 1}};
+    const std::vector<MapReached> reached =
+        reached_bounds(impl_of(source), low, options, bounds, result);
+    EXPECT_EQ(reached[0].unit, "degrees");
+    return reached[0].error;
+  };
+  const double encoded = error_of(false);
+  EXPECT_GT(encoded, 0);
+  EXPECT_LT(encoded, 4);
+  EXPECT_NEAR(error_of(true), encoded, 1e-2 * encoded + 1e-2);
 }
 
 }  // namespace

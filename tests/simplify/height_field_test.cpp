@@ -317,5 +317,27 @@ TEST_P(SimplifiedHeightField, KeepsTheLayout) {
 // Simplified at once, and after presimplification.
 INSTANTIATE_TEST_SUITE_P(Sizes, SimplifiedHeightField, testing::Values(65U, 300U));
 
+/// Each extent and each side of the picture is checked, and the message says which.
+TEST(HeightField, SaysWhatIsOutOfRange) {
+  const auto error_of = [](const Image& image, const HeightFieldOptions& options) -> std::string {
+    try {
+      (void)height_field_mesh(image, options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const Image image = waves(4, 3);
+  const std::string extent = ": it must be finite and above 0, or 0 for the image's proportions.";
+  EXPECT_EQ(error_of(image, {-2, 1, 1}), "The height field's extent is -2" + extent);
+  EXPECT_EQ(error_of(image, {1, -3, 1}), "The height field's extent is -3" + extent);
+  EXPECT_EQ(error_of(image, {1, 2, 3}), "");
+  const std::string size = " pixels: it must be 2 x 2 or more.";
+  EXPECT_EQ(error_of(Image{1, 3, 1, {1, 2, 3}}, {}), "The height field is 1 x 3" + size);
+  EXPECT_EQ(error_of(Image{3, 1, 1, {1, 2, 3}}, {}), "The height field is 3 x 1" + size);
+  EXPECT_EQ(error_of(Image{2, 3, 0, {}}, {}), "The height field is 2 x 3" + size);
+  EXPECT_EQ(error_of(Image{2, 3, 1, {1, 2, 3, 4, 5}}, {}), "The height field is 2 x 3" + size);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <set>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -428,6 +429,29 @@ TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
     open.soften(parted, open.normal_of_corner(), 0.5, 0.5);
     EXPECT_EQ(open.count_split_edges(), 1U);
   }
+}
+
+/// The option, its value and its range are said.
+TEST(FitNormals, SaysWhatIsOutOfRange) {
+  const Mesh mesh = test::plane(1, 1);
+  const auto error_of = [&](double hard, double crease, const Mesh& high) -> std::string {
+    FitNormalsOptions options;
+    options.hard_degrees = hard;
+    options.crease_degrees = crease;
+    try {
+      (void)fit_normals(mesh, high, options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string rule = "; it must be between 0 and 180";
+  EXPECT_EQ(error_of(-1, 30, mesh), "fit_normals: hard_degrees is -1" + rule);
+  EXPECT_EQ(error_of(181, 30, mesh), "fit_normals: hard_degrees is 181" + rule);
+  EXPECT_EQ(error_of(30, -2, mesh), "fit_normals: crease_degrees is -2" + rule);
+  EXPECT_EQ(error_of(30, 182, mesh), "fit_normals: crease_degrees is 182" + rule);
+  EXPECT_EQ(error_of(0, 180, mesh), "");
+  EXPECT_EQ(error_of(180, 0, mesh), "");
 }
 
 }  // namespace

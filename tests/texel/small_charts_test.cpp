@@ -467,5 +467,30 @@ TEST(SmallCharts, WarningsNameFiveTriangles) {
   }
 }
 
+/// Corners of equal UVs that lie apart along any one axis are of two charts: the small one is not of the large one.
+TEST(SmallCharts, AreApartWhereCornersDifferAlongOneAxis) {
+  const auto chart_at = [](const Vec3& away) {
+    // The large chart's lower right corner, (20, 20), is the upper left one of the small chart.
+    std::vector<ReferenceTriangle> triangles = quad(4, 4, 20, 20, 64, 64);
+    const auto inner = quad(20, 20, 20.25, 20.125, 64, 64);
+    triangles.insert(triangles.end(), inner.begin(), inner.end());
+    LowSurface surface = flat_surface(triangles);
+    for (std::size_t t = 2; t < 4; ++t) {
+      for (LowSurface::Corner& corner : surface.triangles[t]) {
+        corner.position.x += away.x;
+        corner.position.y += away.y;
+        corner.position.z += away.z;
+      }
+    }
+    return SmallCharts::of(surface, TexelPieces::of(surface, 64, 64), 64, 64, 1);
+  };
+  EXPECT_TRUE(chart_at({0, 0, 0}).triangles.empty()) << "one chart";
+  for (const Vec3& away : {Vec3{0.5F, 0, 0}, Vec3{0, 0.25F, 0}, Vec3{0, 0, 0.125F}}) {
+    const SmallCharts small = chart_at(away);
+    EXPECT_EQ(small.triangles, (std::vector<std::uint32_t>{2, 3})) << away.x << away.y << away.z;
+    EXPECT_TRUE(owners(small).contains({20, 20}));
+  }
+}
+
 }  // namespace
 }  // namespace kiln

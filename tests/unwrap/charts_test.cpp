@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -292,6 +293,42 @@ TEST(Charts, BunnyHasFewSeams) {
   EXPECT_LT(vertices_a_position(out), 1.32);
   EXPECT_GT(facts.coverage, 0.7);
   EXPECT_LT(facts.density_spread, 0.4);
+}
+
+/// Two corners that round to one point leave a triangle without a shape: its neighbours' charts are as without it.
+TEST(Charts, TrianglesThatRoundToALineHaveAPlace) {
+  constexpr float kTiny = 1e-17F;
+  for (const std::array<std::uint32_t, 3>& order :
+       {std::array{3U, 4U, 5U}, {4U, 5U, 3U}, {5U, 3U, 4U}}) {
+    const Mesh mesh =
+        of({{-2, -1, 0}, {1, -1, 0.5F}, {1, 3, 0}, {0, 0, 0}, {kTiny, 0, 0}, {0, 1, 0}},
+           {{order[0], order[1], order[2]}, {0, 1, 2}});
+    UnwrapReport report;
+    const Mesh laid_out = unwrap(mesh, {.size = 128}, &report);
+    EXPECT_EQ(laid_out.triangles, mesh.triangles);
+    for (const Vec2& uv : laid_out.uvs) {
+      EXPECT_TRUE(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1) << uv.x << " " << uv.y;
+    }
+    EXPECT_TRUE(std::isfinite(report.coverage) && report.coverage > 0.1) << report.coverage;
+    EXPECT_TRUE(std::isfinite(report.density_spread)) << report.density_spread;
+  }
+}
+
+TEST(Charts, SayWhichMeshHasNoArea) {
+  for (const UnwrapMethod method : {UnwrapMethod::charts, UnwrapMethod::pairs}) {
+    Mesh mesh = of({{0, 0, 0}, {1, 2, 3}, {2, 4, 6}}, {{0, 1, 2}, {0, 2, 1}});
+    mesh.name = "line.obj";
+    try {
+      (void)unwrap(mesh, {.method = method});
+      ADD_FAILURE() << "no area, no layout";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      EXPECT_STREQ(
+          error.what(),
+          "unwrap: mesh 'line.obj' has no triangle of positive area; check the file it was "
+          "read from");
+    }
+  }
 }
 
 }  // namespace
