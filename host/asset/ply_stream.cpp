@@ -49,9 +49,9 @@ std::string find_stream_layout(const Header& header, StreamLayout& layout) {
   if (all.size() < 2 || all[0].name != "vertex" || all[1].name != "face") {
     return "does not hold vertices, then faces";
   }
-  constexpr std::uint64_t kMaxElements = 0x7FFFFFFF;
+  constexpr std::uint64_t kMaxElementCount = 0x7FFFFFFF;
   if (all[0].count == 0 || all[1].count == 0) return "is empty";
-  if (all[0].count > kMaxElements || all[1].count > kMaxElements)
+  if (all[0].count > kMaxElementCount || all[1].count > kMaxElementCount)
     return "has more than 2^31 vertices or faces";
   layout.vertices = all[0].count;
   layout.triangles = all[1].count;

@@ -84,8 +84,8 @@ TEST(OptionValues, LengthsAreAbsoluteOrShares) {
   for (const char* word : {"0", "0%"}) {
     EXPECT_EQ(refusal([&] { parse_length_above_0("far", word); }), "far is 0: it must be above 0.");
   }
-  EXPECT_EQ(length_text(Length::share(0.125)), "12.5%");
-  EXPECT_EQ(length_text(Length::absolute(0.125)), "0.125");
+  EXPECT_EQ(format_length(Length::share(0.125)), "12.5%");
+  EXPECT_EQ(format_length(Length::absolute(0.125)), "0.125");
 }
 
 TEST(OptionValues, ExtentsAreFiniteAndAboveZero) {
@@ -139,12 +139,12 @@ TEST(OptionValues, DegreesArePositiveAndAtMostAHalfTurn) {
 }
 
 TEST(OptionValues, GuttersPixelsAndViewsHaveLimits) {
-  EXPECT_EQ(parse_gutter("inf"), -1);
-  EXPECT_EQ(parse_gutter("infinite"), -1);
-  EXPECT_EQ(parse_gutter("0"), 0);
-  EXPECT_EQ(parse_gutter("4096"), 4096);
+  EXPECT_EQ(parse_padding("inf"), -1);
+  EXPECT_EQ(parse_padding("infinite"), -1);
+  EXPECT_EQ(parse_padding("0"), 0);
+  EXPECT_EQ(parse_padding("4096"), 4096);
   for (const char* word : {"", "-1", "4097", "3.5", "all"}) {
-    EXPECT_EQ(refusal([&] { parse_gutter(word); }),
+    EXPECT_EQ(refusal([&] { parse_padding(word); }),
               "`gutter` '" + std::string(word) + "': expected 0 to 4096 texels, or inf.");
   }
   EXPECT_EQ(parse_pixels("screen", "16"), 16U);
@@ -175,20 +175,20 @@ TEST(OptionValues, ViewsAreAzimuthAndElevation) {
   }
 }
 
-TEST(OptionValues, DirectionsAndPlacesAreFinite) {
+TEST(OptionValues, DirectionsAndPointsAreFinite) {
   const Vec3 direction = parse_direction("sun", "0,-0.5,2");
   EXPECT_EQ(direction.x, 0);
   EXPECT_EQ(direction.y, -0.5F);
   EXPECT_EQ(direction.z, 2);
-  EXPECT_EQ(parse_place("at", "1,-2,0.25"), (std::array<double, 3>{1, -2, 0.25}));
-  EXPECT_EQ(parse_place("at", "0,0,0"), (std::array<double, 3>{}));
+  EXPECT_EQ(parse_point("at", "1,-2,0.25"), (std::array<double, 3>{1, -2, 0.25}));
+  EXPECT_EQ(parse_point("at", "0,0,0"), (std::array<double, 3>{}));
   for (const char* word :
        {"", "1", "1,2", "1,2,", "1,2,3,4", "inf,2,3", "1,nan,3", "1,2,inf", "x,2,3"}) {
     EXPECT_EQ(refusal([&] { parse_direction("sun", word); }),
               "sun '" + std::string(word) +
                   "': expected a direction X,Y,Z away from the mesh, such as 0,0.5,1.");
-    EXPECT_EQ(refusal([&] { parse_place("at", word); }),
-              "at '" + std::string(word) + "': expected a place X,Y,Z, such as 500000,4500000,0.");
+    EXPECT_EQ(refusal([&] { parse_point("at", word); }),
+              "at '" + std::string(word) + "': expected a point X,Y,Z, such as 500000,4500000,0.");
   }
   EXPECT_NE(refusal([] { parse_direction("sun", "0,0,0"); }), "");
 }
