@@ -397,7 +397,7 @@ TEST(PictureFit, EstimatesAreNearAllQualities) {
   EXPECT_LT(deviation_of_estimates, 0.6 * deviation_of_few);
 }
 
-/// Each slot has a ladder of its own use, in the order of slots: emission is averaged as light, roughness as a number.
+/// Each slot has a picture_encodings of its own use, in the order of slots: emission is averaged as light, roughness as a number.
 TEST(PictureFit, EverySlotHasALadder) {
   const Image normal = waves(32);
   Image color = image_of(32, 3), emission = image_of(32, 3), roughness = image_of(32, 1);
@@ -414,21 +414,21 @@ TEST(PictureFit, EverySlotHasALadder) {
   maps.color = &color;
   maps.emission = &emission;
   maps.roughness = &roughness;
-  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
-  ASSERT_EQ(ladders.size(), 4U);
-  EXPECT_EQ(ladders[0].picture, PictureSlot::normal);
-  EXPECT_EQ(ladders[1].picture, PictureSlot::color);
-  EXPECT_EQ(ladders[2].picture, PictureSlot::surface);
-  EXPECT_EQ(ladders[3].picture, PictureSlot::emission);
-  const auto half = [](const PictureLadder& ladder, std::size_t channel) {
-    const Image small = load_image(ladder.choices.front().data);
+  const std::vector<PictureEncodings> encodings = encode_pictures(maps, png_alone());
+  ASSERT_EQ(encodings.size(), 4U);
+  EXPECT_EQ(encodings[0].picture, PictureSlot::normal);
+  EXPECT_EQ(encodings[1].picture, PictureSlot::color);
+  EXPECT_EQ(encodings[2].picture, PictureSlot::surface);
+  EXPECT_EQ(encodings[3].picture, PictureSlot::emission);
+  const auto half = [](const PictureEncodings& picture_encodings, std::size_t channel) {
+    const Image small = load_image(picture_encodings.choices.front().data);
     EXPECT_EQ(small.width, 16U);
     return std::lround(255 * small.at(7, 2)[channel]);
   };
-  EXPECT_EQ(half(ladders[1], 1), 188);
-  EXPECT_EQ(half(ladders[3], 2), 188);
-  EXPECT_EQ(half(ladders[3], 0), 0);
-  EXPECT_NEAR(static_cast<double>(half(ladders[2], 1)), 127.5, 1);
+  EXPECT_EQ(half(encodings[1], 1), 188);
+  EXPECT_EQ(half(encodings[3], 2), 188);
+  EXPECT_EQ(half(encodings[3], 0), 0);
+  EXPECT_NEAR(static_cast<double>(half(encodings[2], 1)), 127.5, 1);
 }
 
 /// Normals whose mean is nothing face the viewer.
@@ -442,7 +442,7 @@ TEST(PictureFit, OppositeNormalsBecomeTheSurfacesOwn) {
   }
   AssetMaps maps;
   maps.normal = &normal;
-  const Image small = load_image(picture_ladders(maps, png_alone())[0].choices[0].data);
+  const Image small = load_image(encode_pictures(maps, png_alone())[0].choices[0].data);
   ASSERT_EQ(small.width, 16U);
   EXPECT_EQ(std::lround(255 * small.at(3, 5)[0]), 128);
   EXPECT_EQ(std::lround(255 * small.at(3, 5)[1]), 128);
@@ -467,7 +467,7 @@ TEST(PictureFit, TallPicturesAreFilledToTheirEnd) {
     AssetMaps maps;
     maps.color = &color;
     maps.coverage = coverage;
-    const Image small = load_image(picture_ladders(maps, png_alone())[0].choices[0].data);
+    const Image small = load_image(encode_pictures(maps, png_alone())[0].choices[0].data);
     ASSERT_EQ(small.width, width / 2);
     ASSERT_EQ(small.height, height / 2);
     for (std::uint32_t y = 0; y < small.height; ++y) {
@@ -490,8 +490,8 @@ TEST(PictureFit, LossyNormalsStayWithinTheirBound) {
   const auto count_lossy = [&](double bound) {
     options.encode.max_normal_error = bound;
     std::size_t count = 0;
-    const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
-    for (const PictureChoice& choice : ladders[0].choices) {
+    const std::vector<PictureEncodings> encodings = encode_pictures(maps, options);
+    for (const PictureChoice& choice : encodings[0].choices) {
       if (!choice.encoding.is_lossy()) continue;
       ++count;
       if (choice.level == 0) EXPECT_LE(choice.error.degrees, bound);
