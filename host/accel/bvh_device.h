@@ -22,7 +22,7 @@ struct DeviceParts {
   double upload_seconds = 0;   ///< Time to copy positions and triangles to the device
 };
 
-/// Limits beyond which the host has to build; other ones serve tests.
+/// Limits beyond which the host must build the BVH. Only tests set others than the defaults.
 struct DeviceLimits {
   std::uint32_t depth = KILN_BVH_MAX_DEPTH;
   double leaves_per_line = kMinCrowdedLeaves;

@@ -69,7 +69,7 @@ SampleMesh make_mesh(std::uint64_t triangles) {
   return mesh;
 }
 
-/// Samples of a map around the sphere, in tiles as a bake's, with the sphere's normals as directions.
+/// Samples of a map of the sphere, ordered by tiles as in a bake. Their directions are the sphere's normals.
 /// \param occlusion true: above the surface, with directions all over the hemisphere
 cl::Array<float> make_samples(cl::Context& context, std::uint32_t map_size, bool occlusion) {
   const std::uint32_t count = map_size * map_size;

@@ -15,10 +15,10 @@ namespace kiln::tune {
 /// A BVH of the sample mesh, built by the host and by the device. Seconds are the least of several runs.
 struct BuildTrial {
   std::uint64_t triangles = 0;
-  double host_build = 0;          ///< With the upload of the tree
+  double host_build = 0;          ///< Time to build and to upload the tree
   double host_rays = 0;           ///< A bake's rays, of texels and of occlusion, on the host's tree
   bool can_device_build = false;  ///< False: the device has too little memory
-  double device_build = 0;        ///< With the upload of the mesh
+  double device_build = 0;        ///< Time to upload the mesh and to build
   double device_rays = 0;         ///< The same rays on the device's tree
   bool is_device_faster() const;
 };

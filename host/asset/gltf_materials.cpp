@@ -49,8 +49,8 @@ UvMap uv_map_of(const GltfValue& texture_info) {
            -std::sin(angle) * scale[0], std::cos(angle) * scale[1], offset[1]}};
 }
 
-/// Converts a map of glTF's UVs to one of Kiln's UVs. The origin of glTF's UVs is the upper left
-/// corner, so v is replaced by 1 - v before and after the map.
+/// Converts an affine transform of glTF's UVs to the same transform of Kiln's UVs. The origin of glTF's UVs is the upper
+/// left corner, so v is replaced by 1 - v before and after the transform.
 std::array<float, 6> uv_transform_of(const UvMap& map) {
   const auto& [a, b, x, c, d, y] = map.m;
   return {static_cast<float>(a),  static_cast<float>(-b), static_cast<float>(b + x),

@@ -193,7 +193,8 @@ class StlStream : public MeshStream {
     parallel_for(count, kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const char* at = &bytes[t * kStlTriangleBytes];
-        constexpr unsigned kColorBit = 0x80;  // Bit of the second byte after the corners
+        // This bit of a triangle's last byte is set if the triangle has a colour.
+        constexpr unsigned kColorBit = 0x80;
         if ((static_cast<unsigned char>(at[kStlTriangleBytes - 1]) & kColorBit) != 0) {
           refuse_colors("triangle " + std::to_string(first + t));
         }

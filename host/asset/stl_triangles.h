@@ -34,8 +34,8 @@ inline std::uint32_t little_endian_word(const char* bytes) {
 template <typename Position>
 class CornerWelder {
  public:
-  /// Called before the table is allocated with the number of its slots and of vertices that it will
-  /// hold at least; it may throw.
+  /// Called before the table is allocated; it may throw. The arguments are the number of slots and the minimum number of
+  /// vertices that the table will hold.
   using CheckMemory = std::function<void(std::size_t slots, std::size_t vertices)>;
 
   /// \param positions  receives the vertices; empty

@@ -85,7 +85,7 @@ void FallbackBlend::plan(const LowSurface& surface) {
            texel_methods_[texel] == static_cast<std::uint8_t>(deciding_method);
   };
   border_costs_.assign(texel_methods_.size(), kFarFromBorder);
-  // The border is half a texel from the centre of the fallback's nearest texel.
+  // The border between the two matches lies half a texel from the centre of the nearest texel that the fallback matched.
   const std::uint32_t max_cost = reach_ * kStraightCost + kStraightCost / 2;
   // A path's cost, and the texel where it ends
   using Step = std::pair<std::uint32_t, std::uint32_t>;

@@ -612,9 +612,10 @@ class Expander {
         if (input.empty()) continue;
         const auto writer = writers.find(os::name_key(canonical_path(input)));
         if (writer == writers.end()) continue;
-        throw Error(ErrorCode::usage, file_.path.string() + ": '" + input + "' is written by '" +
-                                          writer->second->name + "' and read by '" + asset.name +
-                                          "': write to another folder, or add it to skip.");
+        throw Error(ErrorCode::usage,
+                    file_.path.string() + ": '" + input + "' is written by '" +
+                        writer->second->name + "' and read by '" + asset.name +
+                        "': write to another folder, or list it in the setting skip.");
       }
     }
   }
@@ -648,7 +649,7 @@ class Expander {
           fail_at_setting(*setting,
                           "'" + path + "', an output of '" + asset.name +
                               "', matches this pattern, so that the next run would bake it: "
-                              "write to another folder, or add it to skip.");
+                              "write to another folder, or list it in the setting skip.");
         }
       }
     }

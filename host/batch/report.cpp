@@ -88,7 +88,8 @@ class Comparison {
     const double seconds = now.at("seconds").number(),
                  former_seconds = former.at("seconds").number();
     if (both_baked && seconds >= kMinSlowSeconds && seconds > kMinSlowdown * former_seconds)
-      add_change(0, formatted("it took %.3g s, not %.3g s", seconds, former_seconds));
+      add_change(0,
+                 formatted("it took %.3g s; in the former report %.3g s", seconds, former_seconds));
   }
 
   void compare_maps(const Json& former, const Json& now) {

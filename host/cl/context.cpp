@@ -306,7 +306,8 @@ namespace {
 // Blocks of a CPU device's buffers of at least this size are copied and filled by all threads, directly in the memory
 // that the device shares with the host. Drivers would use one thread, while the others wait.
 constexpr std::size_t kMinSharedBytes = std::size_t{1} << 20;
-constexpr std::size_t kSharedBytesPerTask = std::size_t{1} << 18;  // a multiple of any value's size
+// A multiple of the size of each type
+constexpr std::size_t kSharedBytesPerTask = std::size_t{1} << 18;
 // Maximum bytes of repeated values that fill_with_copies() copies at once, so that they stay in the first-level cache.
 constexpr std::size_t kMaxRepeatedBytes = std::size_t{1} << 13;
 

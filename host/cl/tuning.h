@@ -41,9 +41,9 @@ std::string format_tuning(const DeviceInfo& device, const Tuning& tuning);
 /// that of another version of Kiln
 Tuning parse_tuning(std::string_view text, const DeviceInfo& device, std::string& problem);
 
-/// The tuning of a device: that of its file, or the defaults if there is none, it is that of another version, or it is
-/// invalid; the latter adds to tuning_warnings(). KILN_BVH_BUILDER in the environment, `host` or `device`, overrides
-/// who builds BVHs.
+/// Reads the tuning of a device from its file. Without a file, or if the file is invalid or that of another version,
+/// returns the defaults. An invalid file adds to tuning_warnings(). KILN_BVH_BUILDER in the environment, `host` or
+/// `device`, overrides who builds BVHs.
 Tuning load_tuning(const DeviceInfo& device);
 
 /// Writes a device's file, atomically. \throws Error(output) if it cannot be written

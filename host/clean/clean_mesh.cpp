@@ -153,8 +153,8 @@ void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
           " across @: filled" +
           (r.flat_holes == 0 ? ""
            : r.flat_holes == r.large_holes.count
-               ? " with lids"
-               : ", " + std::to_string(r.flat_holes) + " of them with lids") +
+               ? " with flat patches"
+               : ", " + std::to_string(r.flat_holes) + " of them with flat patches") +
           ". " +
           (r.open_edges.count == 0 ? "No edge is open."
                                    : counted(r.open_edges.count, "edge") + " stay open."));

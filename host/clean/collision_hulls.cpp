@@ -192,7 +192,7 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
              counted(found, "triangle") + ")" + (names.size() == 1 ? " was" : " were") +
              " left out of the bake, and " +
              (names.size() == 1 ? "stays as it is" : "stay as they are") +
-             " in a LOW that is written. If one of them is drawn, rename it, or add " +
+             " in a LOW that Kiln writes. If one of them is a mesh to be seen, rename it, or add " +
              option("keep_hulls") + ".",
          names.size()});
   }

@@ -27,8 +27,8 @@ constexpr double kTargetErrorShare = 0.8;
 constexpr float kMaxRemainingError = 0.85F;
 // Maximum factor by which a round increases the number of a texel's rays
 constexpr std::uint32_t kMaxGrowth = 8;
-// Host memory in bytes per texel, besides the denoiser's: two estimates and the number of rays,
-// both estimates as floats, and the previous errors.
+// Host memory in bytes per texel, besides the denoiser's: two estimates and the number of rays as integers; copies of
+// both estimates as floats; and the previous errors.
 constexpr std::uint64_t kBytesPerTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
 // Device memory in bytes for the rays of one launch
 constexpr std::uint64_t kBytesPerLaunch = 25'000'000;

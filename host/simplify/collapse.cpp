@@ -14,7 +14,7 @@ namespace {
 /// distances, by the second if they are squared distances. Rejecting such collapses altogether would keep the high
 /// poly's slivers, as at the poles of a sphere.
 constexpr double kBadShapeFactor = 1.5, kBadShapeFactorOfSquares = 6;
-/// An edge at a hub may collapse although its cost has grown by up to this factor since it was queued
+/// An edge at a vertex of high valence may collapse although its cost has grown by up to this factor since it was queued.
 constexpr double kHubCostTolerance = 1.01;
 /// When the queue is empty, rejected edges are tried again in a new round, as long as each round collapses at least one
 /// edge per kTrianglesPerCollapse triangles. At most kMaxUnproductiveRounds rounds may collapse fewer.

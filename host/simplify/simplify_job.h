@@ -193,7 +193,7 @@ class SimplifyJob {
     if (label_back_.empty()) return false;
     return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
   }
-  /// Number of triangles, including backs.
+  /// Number of triangles, including the reversed copies of two-sided ones.
   std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
   std::size_t face_count_of_dense_mesh() const {
     return count_faces(dense_.triangles.size(), dense_.labels);

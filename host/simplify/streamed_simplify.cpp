@@ -144,7 +144,8 @@ Mesh simplify_reduced(const MeshStream& mesh, const Mesh& reduced, const Simplif
   while (within.max_error >= kMinShareOfBound * options.max_error) {
     Mesh low = simplify_to(within);
     if (report.error <= options.max_error) return low;
-    // The excess comes from samples between those of simplify(). It falls more slowly than the bound.
+    // The measured error exceeds the bound, because it is taken at more samples than simplify() took. This excess falls
+    // more slowly than the bound.
     constexpr double kExcessFactor = 1.5;
     within.max_error -= kExcessFactor * (report.error - options.max_error);
   }

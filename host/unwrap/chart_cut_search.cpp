@@ -131,8 +131,8 @@ class LineSearch {
   }
 
   /// Merges each island into the neighbour with which it shares the longest border. The sides of bands are ragged,
-  /// because triangles are not split. Without the merge, a separate piece at such a side would be a third part of a cut
-  /// along the line.
+  /// because triangles are not split. Without the merge, a cut along the line would give three parts where a
+  /// separate piece lies at such a side.
   void absorb_islands() {
     const auto count = static_cast<std::uint32_t>(nodes_.size());
     std::vector<std::uint32_t> to(count);

@@ -323,7 +323,8 @@ class ProxyCollapse {
   const ChartSurface& surface_;
   std::vector<std::uint32_t> start_vertex_, mate_, surface_edge_, fan_half_edge_, piece_;
   std::vector<std::uint8_t> is_removed_, is_inside_piece_;
-  std::vector<double> area_;  ///< Area of the piece of each proxy triangle
+  /// For each proxy triangle, the area of the surface that it represents
+  std::vector<double> area_;
   std::vector<Vec3d> position_;
   std::vector<Quadric> quadric_;
   std::vector<std::uint8_t> is_queued_;

@@ -248,7 +248,9 @@ void check_extract_options(const ExtractOptions& options) {
     fail("Low polys from volumes cannot be unwrapped into equal squares: choose pairs or charts.");
   }
   if (options.density == TexelDensity::detail && options.unwrap != UnwrapMethod::charts) {
-    fail("Only large charts can get texels by their detail: choose charts, or texels by area.");
+    fail(
+        "Only large charts can get texels by their detail: choose the layout of charts, or texels "
+        "by area.");
   }
   if (options.border_texels < 1 || options.border_texels > 64) {
     fail("The border is " + std::to_string(options.border_texels) + " texels; use 1 to 64.");

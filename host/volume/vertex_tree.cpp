@@ -130,8 +130,8 @@ std::vector<BorderSums> find_border_sums(const FineSurface& surface) {
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kCellPairsAcrossU = {{{0, 1}, {3, 2}}};
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kCellPairsAcrossV = {{{1, 2}, {0, 3}}};
 
-/// The line in which the surface crosses the face between the two cells at an edge in the open
-/// border. The line ends at that edge.
+/// Two of the cells at an edge in the open border share a face. The surface crosses this face along a line, which ends at
+/// the edge.
 struct BorderLineAcross {
   std::uint32_t axis;  ///< Axis along which the cells are adjacent
   std::uint8_t level;  ///< The cells lie in the same node from this level + 1 upwards
@@ -264,7 +264,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       a = sets.find(a);
       b = sets.find(b);
       if (a == b) return;
-      // A set that was already enlarged at this level has no node yet.
+      // A set that was enlarged at this level gets its node only when the level is complete.
       for (const std::uint32_t set : {a, b}) {
         if (node_of_set[set] != kNone) growing_children.push_back({set, node_of_set[set]});
       }

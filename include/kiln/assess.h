@@ -56,7 +56,7 @@ struct AssessOptions {
   /// Number of test directions, 12 to 4096, spread evenly over the sphere; none coincides with one
   /// of `avoid`.
   std::uint32_t directions = 512;
-  std::vector<Vec3> avoid = {};  ///< Unit directions that the match was made from
+  std::vector<Vec3> avoid = {};  ///< Unit directions of the views by which the match was made
   bool fields = false;     ///< Also return the measures of each texel, in MatchAssessment::fields
   Progress progress = {};  ///< Called after each test direction; may cancel. See Progress
 };
@@ -83,7 +83,7 @@ struct MatchAssessment {
   /// Section 4.2.1: image_space divided by |p - F(p)|, 0 to 1. Undefined where F(p) is closer than
   /// 1e-6 diagonals to p.
   RayMeasure normalised_image_space = {};
-  /// Section 4.3: uniformity over pairs of texels of one chart that share a side.
+  /// Section 4.3: uniformity of the spacing of points, over pairs of texels of one chart that share a side.
   Uniformity uniformity = {};
   /// Uniformity over pairs of texels that are neighbours on the surface across a UV seam. Pairs
   /// that are closer than half a texel are left out, since the ratio of such small steps is noise.

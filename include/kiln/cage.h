@@ -22,7 +22,8 @@ struct FoundCage {
   /// other points of the same triangles need this height. Most of these points lie where parts
   /// touch, out of sight.
   std::uint64_t conflicts = 0;
-  /// The warning `cage-flat` counts vertices that stay, since both sides of a flat card share them
+  /// The warning `cage-flat` counts the vertices that the cage leaves in place, since both sides of a flat card share
+  /// them.
   std::vector<Warning> warnings = {};
 };
 

@@ -263,7 +263,7 @@ struct ViewOptions {
 /// Elements at which visibility directions are gathered.
 enum class VisibilityAt {
   face,  ///< On faces; a vertex averages the directions of its faces, weighted by angle
-  /// At vertices, from points on their faces, weighted by the vertex's barycentric weights
+  /// At vertices; a vertex averages the directions of points on its faces, weighted by its barycentric coordinate there
   vertex,
   texel,  ///< At texels, smoothed over neighbours on the surface, even across seams
 };

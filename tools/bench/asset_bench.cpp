@@ -3,8 +3,8 @@
 //
 // asset_bench [FACES [SIZE]]   default: 1000000 4096
 //
-// A GLB's pictures are decoded on demand: "GLB" is load_asset() and all four. Processor seconds are those of all
-// threads, medians.
+// A GLB's pictures are decoded on demand: the line "GLB" is the time of load_asset() and of decoding all four pictures.
+// Processor seconds are those of all threads, medians.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

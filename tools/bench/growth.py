@@ -143,7 +143,7 @@ def measure_seconds(words):
 
 
 def fit_power(sizes, took):
-    """Fits the exponent of growth of the seconds in excess of those of the first size."""
+    """Subtracts the seconds of the first size from the others, and fits the exponent with which the rest grows."""
     beyond = [(n, t - took[0]) for n, t in zip(sizes, took)]
     clear = [k for k, (_, t) in enumerate(beyond) if t >= 0.5]
     first = min(clear[0] if clear else len(beyond), len(beyond) - 2)

@@ -30,8 +30,8 @@ struct ThreadStart {
 };
 
 /// Write-protected pages within a thread's stack, for the lifetime of this object. The C library and the kernel store
-/// data of a thread above its stack. If the user's own map writes beyond an array, it hits these pages first, and
-/// on_crash() runs.
+/// data of a thread above its stack. If the code of a user's own map writes beyond an array, it hits these pages
+/// first, and on_crash() runs.
 class StackGuard {
  public:
   /// Protects kStackGuardBytes of the stack against access.

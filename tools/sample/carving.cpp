@@ -30,7 +30,7 @@ double leaf_half_width(double t) {
   return 0.48 * std::pow(1 - u * u, 0.75);
 }
 
-/// Height of one leaf at a point `x` repeats away from its midrib; negative outside the leaf.
+/// Height of one leaf at a distance `x` from its midrib, in widths of the repeated pattern; negative outside the leaf.
 double leaf(const BandPoint& p, double x, double tip) {
   const double size = 0.38 * p.height;  // scale of the relief; the width of a repeat varies with y
   const double t = p.y / tip;

@@ -27,7 +27,7 @@ SLOTS = {"normal": 3, "ao": 1, "color": 3, "opacity": 1, "roughness": 1, "metall
 OF_MATERIALS = ("roughness", "metallic", "emission")
 
 
-#: Extensions of compressed triangles, which the arrays of a Glb cannot read, as they appear in its JSON.
+#: Names of glTF extensions, as in the JSON, that compress triangles. A Glb cannot give such triangles as arrays.
 _COMPRESSION_EXTENSIONS = (b"EXT_meshopt_compression", b"KHR_draco_mesh_compression")
 
 
