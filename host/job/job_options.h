@@ -114,8 +114,8 @@ MapKind shading_map();
 /// True if the job bakes shading_map().
 bool bakes_shading_map(const Job& job);
 
-/// The bound in degrees for the error of rendered normals, as text; empty if none was given. It is the normal= item of
-/// --max-error, else --max-angle, or the whole of --max-error beside --match auto, where it is the older name of
+/// The bound in degrees for the error of rendered normals, as text; empty if none was given. It is the item normal= of
+/// --max-error; without that, --max-angle. With --match auto, a --max-error without items is an older spelling of
 /// --max-angle.
 std::string angle_bound(const Job& job);
 std::string deviation_bound(const Job& job);

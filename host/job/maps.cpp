@@ -29,7 +29,8 @@ Warning mean_error_warning(const PlannedBake& planned) {
   return {"error-not-reached", wanted_text + option("size") + reached, 1};
 }
 
-/// The warning about misses of a low poly that Kiln made. Both meshes coincide then, so deviation is the only cause.
+/// The warning about misses of a low poly that Kiln made. Such a low poly has the place and scale of the high poly, so
+/// a sample can only miss because the two surfaces lie too far apart.
 Message explain_misses_of_made_low(const BakeReport& report, double deviation) {
   const std::string text = formatted(
       "%s of the samples found no point of the high poly within the search distance: the low poly "

@@ -54,8 +54,8 @@ struct StreamedReading {
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is
 /// needed.
 /// \param find_obstacle  returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty if it is not
-///                       needed. Called only for a high poly that does not fit; a second time once a file whose facts
-///                       are not in its first bytes is read
+///                       needed. Called only for a high poly that does not fit; called again when the file has been
+///                       read, if its first bytes do not say what LargeFile holds
 /// \throws OptionError if the whole mesh is needed and cannot fit
 std::shared_ptr<const MeshStream> open_larger_than_memory(
     const std::string& path, const MemoryNeed& need, const StreamedReading& reading,

@@ -1,4 +1,4 @@
-// Conversions of normals in probes.
+// Encodes and interpolates the normals of probes, which render a low poly with its map.
 #pragma once
 
 #include "kiln/types.h"

@@ -42,7 +42,8 @@ constexpr double kRoundedArea = 1e-9;
 // Share of the radius within which a piece counts as inside of a ball without testing its corners. The difference to 1
 // exceeds the rounding error of their distances.
 constexpr double kInsideShare = 1 - 1e-6;
-constexpr std::size_t kMaxSampledLeaves = 2048;  // Maximum number of leaves that represent a sheet
+// Maximum number of leaves that represent a Sheet
+constexpr std::size_t kMaxSampledLeaves = 2048;
 
 /// Squared distance from the origin to a box.
 double squared_nearest_distance(const Vec3d& low, const Vec3d& high) {

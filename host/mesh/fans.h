@@ -1,4 +1,4 @@
-// Connectivity of triangle meshes: sides that repeat, fans, components.
+// Connectivity of triangle meshes: halfedges that occur more than once, fans, components.
 #pragma once
 
 #include <cstdint>

@@ -75,7 +75,7 @@ class SideTwins {
     constexpr std::size_t kVerticesPerTask = std::size_t{1} << 14;
     parallel_for(vertices, kVerticesPerTask, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<std::uint32_t, std::uint32_t>>
-          sides_by_higher;  // Sides by the higher vertex of their edge
+          sides_by_higher;  // Halfedges with the higher vertex of their edge, sorted by it
       for (std::size_t v = begin; v < end; ++v) {
         sides_by_higher.clear();
         for (const std::uint32_t side : by_vertex.of(v))

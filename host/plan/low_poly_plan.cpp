@@ -105,8 +105,9 @@ class LowPolyPlanner {
     built_candidates_.push_back(builder_.build(level, size));
     if (!is_sound(built_candidates_.back().candidate)) record_miss(built_candidates_.back());
   }
-  /// Returns the next finer level without folds if there is one within a limit, else the level itself. The limit is
-  /// eight levels as long as no sound candidate exists, and then kMaxBytesRatioWithoutFolds times the bytes.
+  /// Returns the next finer level without folds if there is one within a limit, else the level itself. As long
+  /// as no candidate is sound, the limit is eight levels; afterwards it is kMaxBytesRatioWithoutFolds times the bytes of
+  /// `choice`.
   std::size_t level_without_folds(const Choice& choice) {
     const auto [level, size] = choice;
     if (can_be_foldless(level)) return level;

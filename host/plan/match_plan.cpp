@@ -123,7 +123,7 @@ class MatchPlanner {
     MatchMethod nearest = methods_.front();
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const MatchMethod method = methods_[i];
-      // Number of methods that search (not by UVs), up to and including this one
+      // Number of methods up to and including this one, without matching by UVs, which searches nothing
       const std::size_t search_count = by_uvs ? i : i + 1;
       if (search_count > 1 &&
           (target_error_ == 0 || (has_chosen_points_ && is_unreachable(nearest))))

@@ -26,7 +26,7 @@ void check_frame(const RenderOptions& options) {
   }
   if (options.show_colors) refuse("Frames are always lit: leave out the option show_colors.");
   if (options.zoom != 1 || options.at)
-    refuse("Frames show the whole mesh: leave out the options zoom and at.");
+    refuse("Frames show the whole mesh: leave out the options 'zoom' and 'at'.");
 }
 
 /// Converts the camera to a depth view with the picture's pixels, for the rasterizer. The picture's edges are rounded

@@ -67,7 +67,7 @@ TEST(PlyEdges, BadHeadersAreNamedByTheirLine) {
   const std::string start = "ply\nformat ascii 1.0\n";
   const std::string vertices = "element vertex 4\n" + std::string(kXyz);
   expect_bad_text("h.ply", start + vertices + "element vertex 4\n" + kXyz + "end_header\n",
-                  {"line 7: element \"vertex\" comes twice."});
+                  {"line 7: element \"vertex\" occurs twice."});
   expect_bad_text("h.ply", start + "property float x\n" + vertices + "end_header\n",
                   {"line 3: a property comes before any element."});
   for (const char* type : {"float", "double", "text"}) {

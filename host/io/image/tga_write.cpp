@@ -1,4 +1,4 @@
-// TGA, and the 8-bit pixels that WebP encodes, too.
+// Writes TGA, and converts images to 8 bits per channel, as TGA and WebP encode them.
 #include <algorithm>
 #include <cstddef>
 #include <utility>
