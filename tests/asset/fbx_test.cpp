@@ -1255,6 +1255,28 @@ TEST(Fbx, RefusalsNameTheFileAndTheRemedy) {
   }
 }
 
+/// The refusal of a version keeps its number, by which it can be looked up.
+TEST(Fbx, RefusalsKeepTheDetailOfTheReason) {
+  for (const std::uint32_t version : {1234U, 2718U}) {
+    std::string bytes("Kaydara FBX Binary  \0\x1a\0", 23);
+    for (int k = 0; k < 4; ++k) bytes += static_cast<char>(version >> (8 * k) & 255U);
+    // A node of one value, whose type is none, and bytes enough for all that its header promises.
+    for (const char of_header : {60, 1, 1}) bytes += std::string{of_header, 0, 0, 0};
+    bytes += "\x01n?" + std::string(1000, '!');
+    try {
+      read_fbx({"old.fbx", bytes});
+      ADD_FAILURE() << version << " was read";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      const std::string text = error.what();
+      EXPECT_TRUE(text.starts_with("old.fbx")) << text;
+      EXPECT_NE(text.find("Unsupported version (" + std::to_string(version) + ")"),
+                std::string::npos)
+          << text;
+    }
+  }
+}
+
 #endif
 
 }  // namespace

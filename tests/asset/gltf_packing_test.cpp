@@ -508,6 +508,65 @@ TEST(AssetPictures, NormalsAreLossyWithinTheirError) {
   }
 }
 
+/// The quality of normals is the lowest at which baked texels are within the error: neither gutters nor empty texels
+/// raise it by their noise, nor lower it by being smooth.
+TEST(AssetPictures, QualityOfNormalsIsThatOfBakedTexels) {
+  constexpr std::uint32_t kSide = 64, kSmoothColumns = 16;  // whole blocks of both formats
+  constexpr double kMost = 1.75;
+  Image normal = leaning(kSide);
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = kSmoothColumns; x < kSide; ++x) {
+      const double a = 0.3 * std::sin(0.6 * x + 0.2 * y), b = 0.3 * std::cos(0.5 * y - 0.1 * x);
+      const double z = std::sqrt(1 - a * a - b * b);
+      float* const texel = normal.at(x, y);
+      texel[0] = static_cast<float>(a / 2 + 0.5);
+      texel[1] = static_cast<float>(b / 2 + 0.5);
+      texel[2] = static_cast<float>(z / 2 + 0.5);
+    }
+  }
+  for (const PictureFormat format : {PictureFormat::webp, PictureFormat::jpeg}) {
+    if (!reads(format == PictureFormat::webp ? "WebP" : "JPEG")) continue;
+    std::array<std::uint32_t, 2> qualities{};
+    for (const bool smooth_is_baked : {false, true}) {
+      SCOPED_TRACE(smooth_is_baked);
+      std::vector<std::uint8_t> coverage;
+      for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
+        const bool is_baked = (i % kSide < kSmoothColumns) == smooth_is_baked;
+        coverage.push_back(static_cast<std::uint8_t>(is_baked                ? TexelState::baked
+                                                     : i < kSide * kSide / 2 ? TexelState::padding
+                                                                             : TexelState::empty));
+      }
+      const auto mean_of = [&](const Image& back) {
+        double sum = 0;
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < coverage.size(); ++i) {
+          if (coverage[i] != static_cast<std::uint8_t>(TexelState::baked)) continue;
+          const auto at = [i](const Image& image) {
+            const float* const n = &image.pixels[3 * i];
+            return Vec3{2 * n[0] - 1, 2 * n[1] - 1, 2 * n[2] - 1};
+          };
+          sum += angle(at(back), at(normal));
+          ++count;
+        }
+        return sum / static_cast<double>(count);
+      };
+      AssetMaps maps;
+      maps.normal = &normal;
+      maps.coverage = coverage;
+      const AssetPictures pictures =
+          encode_maps(maps, {.format = format, .max_normal_error = kMost});
+      ASSERT_GT(pictures.normal_quality, 30U);
+      EXPECT_LE(mean_of(load_image(pictures.normal)), kMost);
+      const Image worse = load_image(encode_picture(
+          normal,
+          {.format = format, .quality = pictures.normal_quality - 1, .use = TextureUse::normal}));
+      EXPECT_GT(mean_of(worse), kMost);
+      qualities[smooth_is_baked ? 1 : 0] = pictures.normal_quality;
+    }
+    EXPECT_LT(qualities[1], qualities[0]);
+  }
+}
+
 TEST(AssetPictures, JpegKeepsAlphaInAPng) {
   if (!reads("JPEG")) GTEST_SKIP() << "built without libjpeg";
   Maps all;

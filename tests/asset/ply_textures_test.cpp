@@ -101,6 +101,29 @@ TEST(PlyTextures, PicturesAreFoundAsThoseOfMaterials) {
   EXPECT_EQ(load_asset(path).materials.size(), 2U);
 }
 
+/// Files written on Windows separate folders by backslashes: the picture is found in its folder, and not the one of
+/// the same name beside the mesh.
+TEST(PlyTextures, BackslashesSeparateFolders) {
+  const fs::path path =
+      write_file("scan.ply", numbered("ascii",
+                                      "comment TextureFile \"textures\\skin\\a.png\"\n"
+                                      "comment TextureFile b.png\n",
+                                      0, 1));
+  const fs::path folder = path.parent_path();
+  fs::create_directories(folder / "textures" / "skin");
+  const SaveImageOptions png = {.format = ImageFormat::png8};
+  save_image({1, 1, 3, {1, 0, 0}}, folder / "textures" / "skin" / "a.png", png);
+  save_image({1, 1, 3, {0, 1, 0}}, folder / "a.png", png);
+  save_image({1, 1, 3, {0, 0, 1}}, folder / "b.png", png);
+  std::vector<Warning> warnings;
+  const std::vector<Material> materials = load_materials(load_mesh(path), path, &warnings);
+  EXPECT_TRUE(warnings.empty());
+  ASSERT_EQ(materials.size(), 2U);
+  EXPECT_EQ(materials[0].color_map.file, folder / "textures" / "skin" / "a.png");
+  EXPECT_EQ(load_image(materials[0].color_map.file).pixels, (std::vector<float>{1, 0, 0}));
+  EXPECT_EQ(materials[1].color_map.file, folder / "b.png");
+}
+
 TEST(PlyTextures, NamesAreAsProgramsWriteThem) {
   const auto names = [](const std::string& pictures) {
     std::string text = numbered("ascii", pictures, 0, 1);

@@ -48,6 +48,10 @@ TEST(TileName, FindsTokensAndNumbers) {
   EXPECT_EQ(number("u2_v1_color.png"), "1002 u2_v1_color.png");
   EXPECT_EQ(number("menu1_v2.png"), "none");
   EXPECT_EQ(number("u0_v1.png"), "none");
+  // Ten columns a row: u11_v1 is no tile, and not the one above u1_v1.
+  EXPECT_EQ(number("skin_u10_v2.png"), "1020 skin_u2_v1.png");
+  EXPECT_EQ(number("skin_u11_v1.png"), "none");
+  EXPECT_EQ(number("skin_u12_v3.png"), "none");
   EXPECT_EQ(number("u.11001.png"), "none");
   EXPECT_EQ(number("u.2048.png"), "none");
   EXPECT_EQ(number("u.1000.png"), "none");

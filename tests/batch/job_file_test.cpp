@@ -296,6 +296,35 @@ TEST(JobFile, OptionsReplaceThoseThatExcludeThem) {
   EXPECT_EQ(job(matches.second, matches.first).save_match, "");
 }
 
+/// Within one layer neither wins, in whichever order they are written: both are named.
+TEST(JobFile, OptionsOfOneLayerThatExcludeEachOtherAreRefused) {
+  const fs::path folder = make_studio({"a"});
+  write(folder / "cage.obj", "");
+  write(folder / "match.exr", "");
+  const std::string bake =
+      "[[bake]]\nlow = \"assets/{name}_low.obj\"\nhigh = \"assets/{name}_high.obj\"\n"
+      "out = \"out\"\n";
+  const struct {
+    std::string one, other;
+    std::vector<std::string> words;
+  } cases[] = {
+      {"cage = 0.1\n", "cage_mesh = \"cage.obj\"\n", {"`cage_mesh` and `cage` exclude each other"}},
+      {"save_match = \"saved.exr\"\n",
+       "load_match = \"match.exr\"\n",
+       {"`load_match` and `save_match` exclude each other"}},
+  };
+  for (const auto& pair : cases) {
+    for (const std::string& lines : {pair.one + pair.other, pair.other + pair.one}) {
+      SCOPED_TRACE(lines);
+      expect_words(message_of([&] { expand(folder, bake + lines); }), pair.words);
+      expect_words(message_of([&] { expand(folder, "[defaults]\n" + lines + bake); }), pair.words);
+      write(folder / "assets/a_low.kiln.toml", lines);
+      expect_words(message_of([&] { expand(folder, bake); }), pair.words);
+      fs::remove(folder / "assets/a_low.kiln.toml");
+    }
+  }
+}
+
 TEST(JobFile, TellsWhatIsLeftWithoutAPair) {
   const fs::path folder = make_studio({"a", "b"});
   fs::remove(folder / "assets/b_low.obj");

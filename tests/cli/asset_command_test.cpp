@@ -614,6 +614,15 @@ TEST(AssetCommand, EncodingsAreChosen) {
   const auto dithered = bake("dithered.glb", {"--dither", "on"});
   EXPECT_EQ(bake("alone.glb", {"--dither"}), dithered);
   EXPECT_NE(bake("rounded.glb", {"--dither", "off"}), dithered);
+  // Lossless WebP has the values of PNG, dithered as rounded.
+  if (has("WebP")) {
+    bake("dithered_webp.glb", {"--format=webp", "--dither"});
+    const auto normals_of = [&](const char* name) {
+      return load_image(*load_asset(scene / name).materials.at(0).normal_map.bytes).pixels;
+    };
+    EXPECT_EQ(normals_of("dithered_webp.glb"), normals_of("dithered.glb"));
+    EXPECT_NE(normals_of("dithered_webp.glb"), normals_of("rounded.glb"));
+  }
   const Asset first = load_asset(scene / "plain.glb");
   for (const std::string& name : names) {
     const Asset asset = load_asset(scene / name);

@@ -11,7 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "job/job_options.h"
 #include "kiln/height_field.h"
+#include "kiln/job.h"
 #include "kiln/option_error.h"
 #include "kiln/unwrap.h"
 #include "options/near_words.h"
@@ -278,6 +280,23 @@ TEST(OptionValues, WordsOfOtherProgramsStandForKnownOnes) {
     }
     ASSERT_NE(map, nullptr) << word;
     EXPECT_EQ(map->kind.name, "normal");
+  }
+}
+
+/// Pictures of a GLB are dithered as asked, in either lossless format, if a program sets the maps' switch alone.
+TEST(OptionValues, DitherOfMapsIsThatOfPictures) {
+  for (const ImageFormat format : {ImageFormat::png8, ImageFormat::webp}) {
+    for (const bool dithers : {false, true}) {
+      Job job;
+      job.high = {"high.obj"};
+      job.low.given = {"low.obj"};
+      job.out = "out.glb";
+      job.image.format = format;
+      job.image.dither = dithers;
+      const Job resolved = resolve_job(job);
+      EXPECT_EQ(resolved.pictures.dither, dithers ? Dither::on : Dither::automatic);
+      EXPECT_EQ(resolved.image.format, format);
+    }
   }
 }
 

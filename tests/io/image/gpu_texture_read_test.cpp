@@ -432,6 +432,17 @@ TEST(GpuTextureRead, DdsOfBeforeDirect3D10IsRead) {
   const Image four = read_dds(dds);
   ASSERT_EQ(four.channels, 4U);
   EXPECT_EQ(four.pixels, (std::vector<float>{48.0F / 255, 32.0F / 255, 16.0F / 255, 64.0F / 255}));
+  // Alpha alone, of black (A8): of flag and mask, and not the second of two channels.
+  dds.flags = 0x2, dds.bits = 8, dds.width = 2, dds.height = 1, dds.masks = {0, 0, 0, 0xFF};
+  dds.pixels = "\x40\xC0";
+  const Image alpha = read_dds(dds);
+  ASSERT_EQ(alpha.channels, 4U);
+  EXPECT_EQ(alpha.pixels, (std::vector<float>{0, 0, 0, 64.0F / 255, 0, 0, 0, 192.0F / 255}));
+  // Luminance and alpha.
+  dds.flags = 0x20001, dds.bits = 16, dds.width = 1, dds.masks = {0xFF, 0, 0, 0xFF00};
+  const Image grey = read_dds(dds);
+  ASSERT_EQ(grey.channels, 2U);
+  EXPECT_EQ(grey.pixels, (std::vector<float>{64.0F / 255, 192.0F / 255}));
   // Luminance.
   dds.flags = 0x20000, dds.bits = 8, dds.masks = {0xFF, 0, 0, 0};
   dds.pixels = "\x80";

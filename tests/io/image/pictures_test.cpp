@@ -332,6 +332,13 @@ TEST(Tiff, KindsOfNumbers) {
       read(tiff({.width = 2, .height = 2, .bits = 16, .format = SAMPLEFORMAT_IEEEFP},
                 bytes_of(std::vector<std::uint16_t>{0, 0x3c00, 0x4000, 0xb800})));
   EXPECT_EQ(halves.pixels, (std::vector<float>{0, 1, 2, -0.5F}));
+  // Of a format that the writer did not define, numbers are unsigned (TIFF 6.0, page 80).
+  const Image of_no_format =
+      read(tiff({.bits = 16, .format = SAMPLEFORMAT_VOID}, bytes_of(shorts)));
+  EXPECT_EQ(of_no_format.pixels, from_shorts.pixels);
+  const std::string bytes("\x03\xC8\x80\xFF", 4);
+  expect_bytes(read(tiff({.width = 4, .height = 1, .format = SAMPLEFORMAT_VOID}, bytes)),
+               {3, 200, 128, 255});
   EXPECT_TRUE(tiff_holds_floats(*bytes_in_memory(of_floats)));
   EXPECT_FALSE(tiff_holds_floats(*bytes_in_memory(tiff({.bits = 32}, bytes_of(words)))));
   EXPECT_FALSE(tiff_holds_floats(*bytes_in_memory("II*")));

@@ -261,6 +261,9 @@ TEST(DitherByNeed, OnlySlowRampsAreDithered) {
   EXPECT_GT(dithered_columns(stored(ramp(1.2), Dither::automatic), 2), 32U);
   EXPECT_EQ(dithered_columns(stored(ramp(1.2), Dither::automatic, TextureUse::normal), 2), 0U);
   EXPECT_GT(dithered_columns(stored(ramp(0.8), Dither::automatic, TextureUse::normal), 0), 64U);
+  const Image tangent = stored(ramp(0.8), Dither::automatic, TextureUse::tangent_normal);
+  EXPECT_EQ(dithered_columns(tangent, 2), 0U);
+  EXPECT_GT(dithered_columns(tangent, 0), 64U);
 }
 
 /// The mean of a dithered ramp is the ramp: by 8 x 8 texels within 1/64 of a step, and what the ramp changes by in 8.
