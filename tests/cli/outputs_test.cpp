@@ -8,10 +8,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/formatted.h"
 #include "cli/call.h"
 #include "cli/command_scene.h"
 #include "cli/interrupted.h"
 #include "kiln/bake.h"
+#include "kiln/device.h"
 #include "kiln/image.h"
 #include "support/environment.h"
 #include "support/process.h"
@@ -259,6 +261,14 @@ TEST(Command, DevicesSaysWhatMatters) {
   EXPECT_EQ(result.exit_code, 0);
   for (const char* word : {"driver", "memory", "largest buffer", "64-bit atomics", "rounded"}) {
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
+  }
+  const auto gib = [](std::uint64_t bytes) {
+    return formatted("%.1f GiB", static_cast<double>(bytes) / 1073741824.0);
+  };
+  for (const DeviceInfo& info : list_devices()) {
+    const std::string line = "memory " + gib(info.memory_bytes) + ", largest buffer " +
+                             gib(info.largest_buffer_bytes) + ", 64-bit atomics: ";
+    EXPECT_NE(result.output.find(line), std::string::npos) << line << result.output;
   }
   const auto list = nlohmann::json::parse(call_kiln({"devices", "--json"}).output);
   EXPECT_FALSE(list.empty());

@@ -15,6 +15,7 @@
 #include "kiln/height_field.h"
 #include "kiln/job.h"
 #include "kiln/option_error.h"
+#include "kiln/options.h"
 #include "kiln/unwrap.h"
 #include "options/near_words.h"
 #include "options/parse.h"
@@ -53,6 +54,24 @@ std::string refusal(const std::function<void()>& parse) {
     return error.message().text();
   }
   return {};
+}
+
+/// A row that sets several members is found by each, with and without "bake." before it.
+TEST(OptionValues, RowsAreFoundByEveryMember) {
+  using Case = std::pair<std::string, std::string>;
+  for (const auto& [member, flag] :
+       {Case{"bake.width", "--size"}, Case{"bake.height", "--size"}, Case{"set_sizes", "--size"},
+        Case{"encoding.miss", "--fallback"}, Case{"bake.occlusion.by_low", "--ao-occluders"},
+        Case{"occlusion.by_others", "--ao-occluders"}, Case{"pictures.format", "--format"}}) {
+    const OptionRow* const row = find_option(member);
+    ASSERT_NE(row, nullptr) << member;
+    EXPECT_EQ(row->flag, flag) << member;
+  }
+  Job job;
+  set_option(job, "bake.height", "640x48");
+  EXPECT_EQ(job.bake.width, 640U);
+  EXPECT_EQ(job.bake.height, 48U);
+  EXPECT_EQ(find_option("bake.heigh"), nullptr);
 }
 
 TEST(OptionValues, SizesHaveTwoSides) {

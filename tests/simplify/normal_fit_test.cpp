@@ -321,6 +321,24 @@ TEST(NormalFit, EdgesAlongHardEdgesAreHardUnderAMap) {
   EXPECT_EQ(simplify(high, {.faces = 12}).normals.size(), 24U);
 }
 
+/// Two slopes that meet in a ridge along y; their normals are 53 degrees apart.
+Mesh roof(std::uint32_t nx, std::uint32_t ny, float top) {
+  Mesh mesh = test::plane(nx, ny, 4, 4);
+  for (Vec3& p : mesh.positions) p.z = top - 0.5F * std::abs(p.x);
+  return mesh;
+}
+
+/// How far a hard edge may be from an edge of the low poly is a share of that edge's length, which is 0.5 here.
+TEST(NormalFit, HardEdgesBelongToEdgesWithinAShareOfTheirLength) {
+  const Mesh low = with_face_normals(roof(16, 8, 0));
+  const FitNormalsOptions shaded{.purpose = NormalPurpose::shading};
+  FitNormalsReport report;
+  fit_normals(low, flat_shaded(roof(12, 40, 0.2F * 0.5F)), shaded, &report);
+  EXPECT_EQ(report.hard_edges, 8U);
+  fit_normals(low, flat_shaded(roof(12, 40, 0.4F * 0.5F)), shaded, &report);
+  EXPECT_EQ(report.hard_edges, 0U);
+}
+
 /// Hard edges are found by position: the file may split all vertices, or share them all.
 TEST(NormalFit, SmoothHighPolysHaveNoHardEdges) {
   const Mesh high = with_face_normals(test::BumpySphere::dense(20000));

@@ -208,6 +208,21 @@ TEST(Simplify, ImperfectTrianglesAreLeftOutAndCounted) {
   EXPECT_EQ(edges(low).open, 0u);
 }
 
+TEST(Simplify, WarningsNameTheFirstTriangleOfEachReason) {
+  Mesh high = test::icosphere(1);
+  high.triangles.insert(high.triangles.begin() + 60, Triangle{5, 5, 8});
+  high.triangles.insert(high.triangles.begin() + 31, Triangle{7, 9, 7});
+  high.triangles.insert(high.triangles.begin() + 12, Triangle{2, 2, 3});
+  SimplifyReport report;
+  simplify(high, {.faces = 80}, &report);
+  const auto warning =
+      std::find_if(report.warnings.begin(), report.warnings.end(),
+                   [](const Warning& w) { return w.code == "degenerate-triangles"; });
+  ASSERT_NE(warning, report.warnings.end());
+  EXPECT_EQ(warning->message.text(),
+            "3 triangles have no area (the first is 12); they were left out");
+}
+
 TEST(Simplify, VerticesSplitByTheFileAreWelded) {
   Mesh high = test::icosphere(4);
   Mesh split;

@@ -166,6 +166,47 @@ TEST(UnwrapByDetail, IsTheSameAsByAreaWhereDetailIsEven) {
   EXPECT_EQ(unwrap(low, detailed).uvs, unwrap(low, options).uvs);
 }
 
+/// A flat sheet with waves over one corner.
+struct WavySheet {
+  double width = 0, height = 0, waves_width = 0, waves_height = 0, amplitude = 0;
+};
+
+/// Sheets above each other.
+Mesh stacked(const std::vector<WavySheet>& sheets, std::uint32_t cells, bool waves) {
+  Mesh mesh;
+  float level = 0;
+  for (const WavySheet& sheet : sheets) {
+    const Mesh flat = test::plane(cells, cells, sheet.width, sheet.height);
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (Vec3 p : flat.positions) {
+      const double x = p.x + sheet.width / 2, y = p.y + sheet.height / 2;
+      p.z = level;
+      if (waves && x < sheet.waves_width && y < sheet.waves_height)
+        p.z += static_cast<float>(sheet.amplitude * std::sin(12.5 * x) * std::sin(12.5 * y));
+      mesh.positions.push_back(p);
+    }
+    for (const Triangle& t : flat.triangles)
+      mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    level += 3;
+  }
+  return mesh;
+}
+
+/// Sheets of their own density are better than sheets of one, and better than with a cut more: in a map this small,
+/// its padding takes more texels than the cut saves.
+TEST(UnwrapByDetail, LeavesOutCutsThatCostMoreThanTheySave) {
+  const std::vector<WavySheet> sheets = {
+      {0.7, 3.7, 0.3, 2.8, 0.013}, {0.7, 3.3, 0.2, 0.2, 0.009}, {2.5, 3.9, 2.2, 3.8, 0.001}};
+  const Mesh low = stacked(sheets, 6, false), high = stacked(sheets, 40, true);
+  UnwrapOptions options{.size = 16, .border_texels = 3};
+  const Mesh by_area = unwrap(low, options);
+  options.detail_of = &high;
+  UnwrapReport report;
+  const Mesh by_detail = unwrap(low, options, &report);
+  EXPECT_EQ(report.charts, 3U);
+  EXPECT_NE(by_detail.uvs, by_area.uvs);
+}
+
 TEST(UnwrapByDetail, KeepsPaddingAndIsTheSameOnAllThreads) {
   for (std::uint32_t seed = 0; seed < 4 && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -214,6 +214,9 @@ TEST(Extract, SmallPartsAreLeftOutWhereAsked) {
   ASSERT_EQ(large.report.warnings.size(), 1U);
   EXPECT_EQ(large.report.warnings[0].code, "small-parts");
   EXPECT_EQ(large.report.warnings[0].count, 1U);
+  EXPECT_NE(large.report.warnings[0].message.text().find("less than 10% of the largest"),
+            std::string::npos)
+      << large.report.warnings[0].message.text();
 }
 
 TEST(Extract, HeadIsClosedHoweverItIsSimplified) {
