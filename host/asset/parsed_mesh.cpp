@@ -202,9 +202,7 @@ void ParsedMeshWriter::refuse_what_a_whole_read_changes() const {
     for (const std::uint32_t v : triangle) {
       const auto& [x, y, z] = positions_[v];
       if (box_.contains(Vec3d{x, y, z})) continue;
-      refuse("",
-             "it has triangles without an area that get one once they are "
-             "rounded");
+      refuse("", "it has triangles without an area that get one once they are rounded");
     }
   }
 }
@@ -315,8 +313,7 @@ class ParsedMesh : public MeshStream {
                   offsets.size() * sizeof(std::uint64_t)});
   }
 
-  /// Opens the file of an earlier run. \returns false if there is none, or if
-  /// it is damaged
+  /// Opens the file of an earlier run. \returns false if there is none, or if it is damaged
   bool open_parsed() {
     std::uint64_t bytes = 0;
     file_ = open_cache_file(cache_path_, bytes);

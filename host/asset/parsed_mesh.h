@@ -66,13 +66,14 @@ struct ParsingRules {
   bool keep_hulls = false;
 };
 
-/// Writes the lists that a whole read would hold, and refuses a mesh from which a whole read makes what a reader of pieces
-/// cannot make. Positions stay in memory, in double precision, until the end.
+/// Writes lists of what a whole read of the file would give. Refuses a mesh that a whole read would change by means that
+/// a reader of pieces lacks. Positions stay in memory, in double precision, until the end.
 class ParsedMeshWriter {
  public:
   using Indices = std::span<const std::uint32_t>;
 
-  /// \param place  names the current line \param vertices  expected number
+  /// \param place     names the current line
+  /// \param vertices  expected number of vertices
   ParsedMeshWriter(const MeshInput& input, std::function<std::string()> place,
                    const ParsingRules& rules, std::size_t vertices, CacheFileWriter& file);
 

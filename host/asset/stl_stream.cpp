@@ -244,6 +244,10 @@ class StlStream : public MeshStream {
   JoinedTail tail_;
 };
 
+bool is_text(const ByteSource& source) {
+  return StlTextParser::is_text(source.head(kTextHeadBytes), source.size());
+}
+
 /// Passes the facets of a text to the lists, and joins their corners.
 class StlListReader : public ParsedMeshReader, private StlTextParser {
  public:
@@ -292,9 +296,8 @@ class StlListReader : public ParsedMeshReader, private StlTextParser {
 StlLayout stl_layout(const fs::path& path) {
   const MeshInput input{path.string(), {}};
   const std::unique_ptr<ByteSource> source = open_file(path, stl_failure(input));
-  const std::string head = source->head(kTextHeadBytes);
   StlLayout layout;
-  if (StlTextParser::is_text(head, source->size())) {
+  if (is_text(*source)) {
     layout.is_text = true;
     std::uint64_t facets = 0;
     const double share = sample_text(
@@ -302,6 +305,7 @@ StlLayout stl_layout(const fs::path& path) {
     layout.triangles = static_cast<std::uint64_t>(static_cast<double>(facets) * share);
     return layout;
   }
+  const std::string head = source->head(kStlHeaderBytes);
   if (head.size() < kStlHeaderBytes) return layout;
   const std::uint64_t count = little_endian_word(head.data() + kStlHeaderBytes - 4);
   const std::uint64_t needed = kStlHeaderBytes + count * kStlTriangleBytes;
@@ -313,7 +317,11 @@ StlLayout stl_layout(const fs::path& path) {
 
 std::shared_ptr<const MeshStream> stream_stl(const fs::path& path, const fs::path& folder,
                                              const ParsingRules& rules) {
-  if (!stl_layout(path).is_text) return std::make_shared<StlStream>(path, folder);
+  {
+    const MeshInput input{path.string(), {}};
+    const std::unique_ptr<ByteSource> source = open_file(path, stl_failure(input));
+    if (!is_text(*source)) return std::make_shared<StlStream>(path, folder);
+  }
   return stream_parsed(path, folder, "stl", rules,
                        [&](const MeshInput& input, std::uint64_t bytes, CacheFileWriter& file) {
                          return std::make_unique<StlListReader>(input, rules, bytes, file);

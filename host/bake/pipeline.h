@@ -43,8 +43,8 @@ class Pipeline {
     const Source::Impl& high;
     const Mesh& low;
     const BakeOptions& options;
-    std::uint32_t footprint_divisor =
-        1;  ///< Divisor of the texels' footprint: MapRequest::footprint_divisor
+    /// Divisor of the texels' footprint: MapRequest::footprint_divisor
+    std::uint32_t footprint_divisor = 1;
     /// For maps that are finished row by row; null: all images stay in memory
     const OpenMapRows* open_rows = nullptr;
   };

@@ -84,8 +84,8 @@ class SessionTexels {
   // texels that are matched to each triangle of the high poly; empty: must be rebuilt
   Adjacency texels_of_triangle_;
   Adjacency padding_;  // padding texels that copy each texel; empty: unknown
-  std::vector<std::uint8_t>
-      padded_coverage_;  // states of the texels (coverage) for which padding_ was computed
+  // states of the texels (coverage) for which padding_ was computed
+  std::vector<std::uint8_t> padded_coverage_;
   IndexSet chosen_texels_;
   std::vector<std::size_t> places_;  // Indices of the chosen texels in the map
   std::vector<std::size_t> all_map_indices_;

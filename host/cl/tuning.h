@@ -29,8 +29,8 @@ struct Tuning {
   friend bool operator==(const Tuning&, const Tuning&) = default;
 };
 
-/// The file of a device: lines `KEY VALUE` in the folder `tuning` within KernelFolder::kiln. Its name is a hash of the device's name,
-/// platform and driver.
+/// The file of a device: lines `KEY VALUE` in the folder `tuning` within KernelFolder::kiln. Its name is a hash of the
+/// device's name, platform and driver.
 std::filesystem::path tuning_file(const DeviceInfo& device);
 
 /// The text of a device's file: the device's name, platform and driver, Kiln's version, and the tuning.

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kKeysPerTask = std::size_t{1} << 18;
 constexpr std::size_t kKeysPerRead = std::size_t{1} << 22;
-/// Bytes that a shown triangle takes: its corners, its index in the mesh, and half a vertex, on the device and on the host.
+/// Bytes that a shown triangle takes, on the device and on the host together: its corners, its index in the mesh, and half
+/// a vertex.
 constexpr std::uint64_t kBytesPerShownTriangle = 48;
 
 std::uint32_t triangle_of(std::uint64_t key) { return static_cast<std::uint32_t>(key); }

@@ -13,8 +13,10 @@
 
 #define KEYS_ITEM 8u  // keys of a work-item
 
-/// Merges the view of a part. \param first  first key of the merged view \param first_triangle  index in the mesh of
-/// the part's first triangle \param begins  1: the merged view is undefined so far
+/// Merges the view of a part.
+/// \param first           index of the merged view's first key
+/// \param first_triangle  index in the mesh of the part's first triangle
+/// \param begins          1: the merged view is undefined so far
 kernel void kiln_keys_merge(const uint first, const uint count, const uint first_triangle,
                             const uint begins, global const ulong* restrict part,
                             global const uchar* restrict part_drawn, global ulong* restrict keys,
